@@ -42,6 +42,7 @@ mod scene;
 mod scene_file;
 mod sensitivity;
 mod shard_arg;
+mod sight;
 mod slurm;
 pub mod startup;
 mod store_folder;

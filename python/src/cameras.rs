@@ -149,7 +149,7 @@ impl Cameras {
     ) -> PyResult<Cameras> {
         let path = PathBuf::from(path_text(path)?);
         let size = checked_size(size)?;
-        let file = py.detach(|| open_cameras(&path, size)).map_err(in_file_error)?;
+        let file = py.detach(|| open_cameras(&path, size, None)).map_err(in_file_error)?;
         let (views, lenses) = (Arc::new(file.cameras), Arc::new(file.lenses));
         Ok(Cameras { views, lenses, warnings: file.warnings })
     }

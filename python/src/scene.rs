@@ -23,9 +23,10 @@ use powergs_core::run::store::atomic::{persist, temporary, write_atomically};
 use powergs_core::run::{Frames, MemoryFrames, RunError, TraceFile, Watch};
 use powergs_frame::trace::TraceHeader;
 use powergs_raster::{Detail, Options, render};
+use powergs_scene::export::{self, Files, Target};
 use powergs_scene::files::{open_foveated, open_model};
 use powergs_scene::synth::{Preset, cameras, generate};
-use powergs_scene::{Foveated, Gaussians, SceneStats, write_ply};
+use powergs_scene::{Foveated, Gaussians, SceneStats};
 use powergs_study::extract::extract;
 use powergs_views::RenderedViews;
 
@@ -91,6 +92,28 @@ fn background(given: Option<&Bound<'_, PyAny>>) -> PyResult<[f32; 3]> {
     Err(Fault::config(what).raise())
 }
 
+/// What a model is saved as: one file, in the format that is asked for or that the name says.
+fn target(path: &Path, format: Option<&str>) -> PyResult<Target> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let found = match format {
+        Some(format) => Target::from_name(format),
+        None => Target::of_file_name(&name),
+    };
+    found.filter(|target| *target != Target::SogFolder).ok_or_else(|| {
+        let files = Target::ALL.into_iter().filter(|target| *target != Target::SogFolder);
+        let names = files.map(Target::name).collect::<Vec<_>>().join(", ");
+        let what = match format {
+            Some(format) => format!("format={format:?}: one of {names}"),
+            None => format!(
+                "{}: the name says no format that is written; end it in .ply, .compressed.ply, \
+                 .spz, .gltf, .glb or .sog, or give a format ({names})",
+                path.display()
+            ),
+        };
+        Fault::config(what).raise()
+    })
+}
+
 /// The name of a scene: its file or folder without ending.
 fn stem(path: &Path) -> String {
     let name = path.file_stem().or(path.file_name()).unwrap_or(path.as_os_str());
@@ -122,8 +145,9 @@ fn open_level(
 
 #[pymethods]
 impl Scene {
-    /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, SOG, streamed SOG (with
-    /// its ``detail``, 0 is the finest), or a foveated model (its ``level``, 1 to 4; 1 by default).
+    /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, glTF, SOG, streamed SOG
+    /// (with its ``detail``, 0 is the finest), the folder of a training run, or a foveated model
+    /// (its ``level``, 1 to 4; 1 by default).
     ///
     /// Raises ``InputError``.
     #[staticmethod]
@@ -255,13 +279,36 @@ impl Scene {
         Ok(Trace::of(frames, path))
     }
 
-    /// Writes the model as an INRIA PLY.
-    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    /// Writes the model in the format that the name says, as ``powergs-sim scene convert`` does:
+    /// ``.ply``, ``.compressed.ply``, ``.spz``, ``.gltf``, ``.glb`` or ``.sog``; or as ``format``,
+    /// such as ``"glb-spz"``.
+    ///
+    /// Returns what the file holds of every field (``exact``, ``largest``, ``rms``, ``clamped``),
+    /// as ``kept`` of ``powergs-sim scene convert --json``.
+    ///
+    /// Raises ``ConfigError`` where the name says no format that is written, or the format cannot
+    /// hold the model.
+    #[pyo3(signature = (path, *, format=None))]
+    fn save<'py>(
+        &self,
+        py: Python<'py>,
+        path: PathBuf,
+        format: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let target = target(&path, format)?;
         let gaussians = self.gaussians()?;
         let work = move |_: &Shared| {
-            Ok(write_atomically(&path, |mut out| write_ply(&gaussians, &mut out))?)
+            let written = export::write(&gaussians, target)
+                .map_err(|e| Fault::in_file(Class::Config, path.display(), e))?;
+            let Files::One(bytes) = &written.files else {
+                return Err(Fault::new(Class::Internal, "a folder where a file was asked for"));
+            };
+            write_atomically(&path, |out| out.write_all(bytes))?;
+            Ok(written.fidelity)
         };
-        watch::run(py, None, (Counts::Steps, "bytes"), work)
+        let kept = watch::run(py, None, (Counts::Steps, "bytes"), work)?;
+        let text = serde_json::to_value(kept).map_err(defect)?.to_string();
+        py.import("json")?.call_method1("loads", (text,))
     }
 
     /// Frees the memory of the model. Whoever uses the scene afterwards gets a ``ValueError``.

@@ -69,6 +69,32 @@ def test_a_render_is_an_array_that_owns_its_pixels(picture) -> None:
     assert "Container" in type(base).__name__
 
 
+@pytest.mark.parametrize("name", ["a.ply", "a.compressed.ply", "a.spz", "a.gltf", "a.glb", "a.sog"])
+def test_save_writes_what_the_name_says(name, made, run, tmp_path) -> None:
+    """The bytes of `scene convert`, and never another format under a name."""
+    scene, _ = made
+    scene.save(tmp_path / "model.ply")
+    kept = scene.save(tmp_path / name)
+    its = tmp_path / "its" / name
+    its.parent.mkdir()
+    printed = json.loads(run("scene", "convert", tmp_path / "model.ply", its, "--json"))
+    assert (tmp_path / name).read_bytes() == its.read_bytes()
+    assert kept == printed["kept"]
+    assert kept["position"]["exact"] == (name in {"a.ply", "a.gltf", "a.glb"})
+
+
+def test_save_refuses_other_names(made, tmp_path) -> None:
+    scene, _ = made
+    for name in ["a.ksplat", "a", "meta.json", "a.png"]:
+        with pytest.raises(powergs.ConfigError, match="no format that is written"):
+            scene.save(tmp_path / name)
+    with pytest.raises(powergs.ConfigError, match="one of ply"):
+        scene.save(tmp_path / "a.ply", format="sog-folder")
+    scene.save(tmp_path / "a.bin", format="spz")
+    assert powergs.Scene.open(tmp_path / "a.bin").format == "spz v3"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.bin"]
+
+
 def test_a_render_is_the_programs_png(made, run, tmp_path) -> None:
     scene, cameras = made
     scene.save(tmp_path / "scene.ply")

@@ -35,7 +35,7 @@ pub struct Args {
 enum CameraCommand {
     /// Print how many views a file has, their sizes and fields of view, and warnings
     Info {
-        /// cameras.json, transforms.json, or a COLMAP folder
+        /// cameras.json, transforms.json, a camera path, or a folder with one or COLMAP's files
         file: PathBuf,
         /// Image size where the file does not say it, pixels
         #[arg(long, value_name = "WxH", value_parser = camera_file::image_size)]
@@ -57,14 +57,14 @@ enum CameraCommand {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         CameraCommand::Info { file, size } => {
-            let facts = facts(&open_cameras(file, *size)?);
+            let facts = facts(&open_cameras(file, *size, None)?);
             if context.global.json { out::json(&facts)? } else { out::document(&document(&facts))? }
         }
         CameraCommand::Convert { cameras, output, overwrite } => {
             overwrite.check(output)?;
             // Without a scene an orbit goes around the origin.
             let views =
-                cameras.cameras(|| SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
+                cameras.cameras(None, || SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
             views.warn(context);
             let text = inria::write(&views.cameras);
             write_atomically(output, |w| w.write_all(text.as_bytes()))?;

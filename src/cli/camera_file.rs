@@ -4,7 +4,7 @@
 //! `--frames`, `--size`, `--stereo`, `--fov`.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use powergs_scene::camera::check::MAX_SIZE;
 use powergs_scene::camera::fov::{FieldOfView, Headset, headset};
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
-use powergs_scene::camera::{CameraFile, Lens};
+use powergs_scene::camera::{CameraFile, Frame, Lens};
 use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera, Split};
 
@@ -21,8 +21,8 @@ use powergs_scene::{Camera, Split};
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Cameras")]
 pub struct CameraArgs {
-    /// Camera file: INRIA cameras.json, NeRF transforms.json, or a folder with COLMAP's cameras
-    /// and images (.bin or .txt)
+    /// Camera file: INRIA cameras.json, NeRF transforms.json, a camera path of nerfstudio, or a
+    /// folder with one of them or with COLMAP's cameras and images (.bin or .txt)
     #[arg(long, value_name = "PATH", required_unless_present = "orbit")]
     pub cameras: Option<PathBuf>,
     /// Instead of a file: N views on a circle around the scene
@@ -166,15 +166,21 @@ fn warn<'a>(warnings: impl Iterator<Item = &'a String>, context: &Context) {
 }
 
 impl CameraArgs {
-    /// The views that the flags ask for. `bounds` is asked only for an orbit.
-    pub fn cameras(&self, bounds: impl FnOnce() -> SceneBounds) -> Result<Views, Failure> {
+    /// The views that the flags ask for, of the model at `model` if it is a file. `bounds` is asked
+    /// only for an orbit.
+    pub fn cameras(
+        &self,
+        model: Option<&Path>,
+        bounds: impl FnOnce() -> SceneBounds,
+    ) -> Result<Views, Failure> {
         let (file, orbit) = (&self.cameras, self.orbit);
-        let CameraFile { cameras, format, lenses, warnings } = match (file, orbit) {
-            (Some(path), _) => open_cameras(path, self.image_size())?,
+        let CameraFile { cameras, format, lenses, warnings, frame: _ } = match (file, orbit) {
+            (Some(path), _) => open_cameras(path, self.image_size(), model)?,
             (None, Some(n)) => {
                 let cameras = self.orbit_request(n).cameras(bounds).map_err(usage)?;
                 let (lenses, warnings) = Default::default();
-                CameraFile { cameras, format: "orbit", lenses, warnings }
+                let (format, frame) = ("orbit", Frame::Model);
+                CameraFile { cameras, format, lenses, warnings, frame }
             }
             (None, None) => {
                 let what = "no views: give --cameras FILE or --orbit N";

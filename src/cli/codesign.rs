@@ -59,7 +59,7 @@ The result is runs/both/summary.md, with joint.ply and joint.toml:
 /// The arguments of `codesign`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
     pub model: Option<PathBuf>,
     /// A generated scene with a small space, in a few minutes
     #[arg(long, conflicts_with_all = ["model", "cameras", "orbit", "detail", "every"])]

@@ -13,7 +13,7 @@ use super::gaze::{GazeArgs, note_default, note_missing};
 use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::scene_file::Shown;
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, out, sight};
 use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_core::run::{Frames, RunError};
@@ -38,7 +38,7 @@ Then: powergs-sim replay scene.bin";
 /// The arguments of `extract`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
     pub scene: PathBuf,
     /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(long, value_name = "N")]
@@ -64,8 +64,10 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     args.overwrite.check(&args.output)?;
     let scene = Shown::open(&args.scene, args.detail, &args.gaze, context)?;
-    let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
+    let bounds = || SceneBounds::of(scene.base());
+    let views = args.cameras.cameras(Some(&args.scene), bounds)?;
     views.warn(context);
+    sight::check(scene.base(), &views.cameras, context);
     let gazes = args.gaze.of_views(&views.cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);

@@ -45,7 +45,7 @@ The result is runs/snow/final.ply, and its trace for the simulator:
 /// The arguments of `optimize`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
     pub model: Option<PathBuf>,
     /// A generated scene, end to end in a minute or so
     #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "detail"])]

@@ -8,7 +8,7 @@ use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
 use super::timeline::{self, TimelineRequest};
-use super::{Context, Exit, Failure, OrExit, inputs, out, output_file};
+use super::{Context, Exit, Failure, OrExit, inputs, out, output_file, sight};
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::session::Target;
 use powergs_core::run::store::atomic::write_atomically;
@@ -223,6 +223,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let folder = folder(args, &facts)?;
     let run = replay.run(&mut trace, &Watched::new(context, Counts::Frames))?;
+    if let Some(first) = run.frames.first() {
+        let seen = run.frames.iter().map(|frame| frame.counters.intersecting_points).max();
+        sight::warn(seen.unwrap_or(0), first.counters.points, context);
+    }
     let mut timeline = |folder: &RunFolder, asked: &TimelineRequest| match &model {
         Model::Cycle(system) => {
             let frame = Session::new(&mut trace, &()).frame_on(system, asked.frame)?;

@@ -28,9 +28,11 @@ Examples:
   powergs-sim scene level model.fov --level 2 -o L2.ply
 
 Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
-.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated
-.fov (its level 1; `scene level` writes the others).
-Written, by the name: .ply, .compressed.ply, .spz (3), .sog and folders (SOG 2).
+.spz 1 to 4, glTF (.gltf, .glb), SOG 1 and 2 (folder, meta.json or .sog),
+streamed SOG, foveated .fov (its level 1; `scene level` writes the others). A
+folder is that of a SOG or of a training run, whose last iteration is taken.
+Written, by the name: .ply, .compressed.ply, .spz (3), .gltf, .glb, .sog and
+folders (SOG 2).
 What a format loses is said: a table, or `kept` in --json.";
 
 /// Inspect trained models and convert them
@@ -44,13 +46,13 @@ pub struct Args {
 enum SceneCommand {
     /// Print count, bounds, percentiles of opacity and scale, and warnings
     Info {
-        /// File, or folder with meta.json or lod-meta.json
+        /// File, or folder of a SOG scene or of a training run
         file: PathBuf,
         /// Detail of a streamed scene, 0 is the finest [default: 0]
         #[arg(long, value_name = "N")]
         detail: Option<u32>,
     },
-    /// Write a model of any format as INRIA PLY, compressed PLY, SPZ or SOG
+    /// Write a model of any format as INRIA PLY, compressed PLY, SPZ, glTF or SOG
     Convert(convert::Args),
     /// Combine four levels into one foveated model
     Compose {

@@ -30,7 +30,7 @@ fn scene(model: &Path, cameras: &Path, view: usize, size: (u32, u32)) -> (Gaussi
         if std::env::var_os("RUN_SLOW_TESTS").is_some() { size } else { (size.0 / 2, size.1 / 2) };
     let bytes = std::fs::read(model).unwrap();
     let scene = read(&OneFile(&bytes), "model.ply", None).unwrap().gaussians;
-    let camera = &open_cameras(cameras, None).unwrap().cameras[view];
+    let camera = &open_cameras(cameras, None, None).unwrap().cameras[view];
     (scene, edit::resized(camera, size.0, size.1))
 }
 

@@ -16,7 +16,7 @@ fn a_trained_model_fits_its_photos() {
     }
     let bytes = std::fs::read(folder.join("point_cloud.ply")).unwrap();
     let scene = read(&OneFile(&bytes), "point_cloud.ply", None).unwrap().gaussians;
-    let cameras = open_cameras(&folder.join("cameras.json"), None).unwrap().cameras;
+    let cameras = open_cameras(&folder.join("cameras.json"), None, None).unwrap().cameras;
     let text = std::fs::read_to_string(folder.join("model_eval.json")).unwrap();
     let eval: Value = serde_json::from_str(&text).unwrap();
     for index in [0, 8, 40] {

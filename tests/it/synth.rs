@@ -128,8 +128,8 @@ fn statistics_of_known_counts() {
         rotations: vec![[1.0, 0.0, 0.0, 0.0]; 2],
         // Opacities 0.3500 and 0.3498.
         logit_opacities: vec![-0.619, -0.620],
-        sh_degree: 0,
         sh: vec![0.0; 6],
+        ..Gaussians::default()
     };
     let measured = statistics(&scene, &[frame(1), frame(3)]);
     let expected = [
@@ -196,7 +196,7 @@ fn command_writes_a_scene_and_its_views() {
     assert_eq!(exit, Exit::Done);
     let scene = open_model(ply.as_ref(), None).unwrap().gaussians;
     assert_eq!(scene, generate(demo(), 1000, 1));
-    let views = open_cameras(views.as_ref(), None).unwrap().cameras;
+    let views = open_cameras(views.as_ref(), None, None).unwrap().cameras;
     assert_eq!(views.len(), cameras(demo()).len());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing else is left");
 }

@@ -62,6 +62,9 @@ pub struct FrameFacts {
     /// colour. `None` where the writer did not know it, and in every file of format 1: such frames
     /// count as degree 3 ([`FrameFacts::colour_degree`]).
     pub sh_degree: Option<ShDegree>,
+    /// Whether the model is anti-aliased: opacities of splats are then compensated for the low-pass
+    /// of the view. Files before this was known say no.
+    pub antialiased: bool,
     /// Background colour, sRGB as rendered.
     pub background: [f32; 3],
     /// Mean linear R, G, B of the displayed image, where it was rendered: the input of display

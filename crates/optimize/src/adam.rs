@@ -113,6 +113,7 @@ impl Adam {
             logit_opacities: vec![0.0; scene.len()],
             sh_degree: scene.sh_degree,
             sh: vec![0.0; scene.sh.len()],
+            antialiased: scene.antialiased,
         };
         Adam { first: zeros.clone(), second: zeros, steps: vec![0; scene.len()] }
     }

@@ -22,7 +22,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes, or a run would go on by other rules than it began with.
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -434,6 +434,7 @@ impl Floats<'_> {
             logit_opacities: self.floats(n)?,
             sh_degree: head.sh_degree,
             sh: self.floats(of(3 * (usize::from(head.sh_degree) + 1).pow(2))?)?,
+            antialiased: head.antialiased,
         })
     }
 }
@@ -443,11 +444,13 @@ impl Floats<'_> {
 struct ModelHead {
     points: usize,
     sh_degree: u8,
+    antialiased: bool,
 }
 
 impl ModelHead {
     fn of(scene: &Gaussians) -> ModelHead {
-        ModelHead { points: scene.len(), sh_degree: scene.sh_degree }
+        let (sh_degree, antialiased) = (scene.sh_degree, scene.antialiased);
+        ModelHead { points: scene.len(), sh_degree, antialiased }
     }
 
     fn model(self, floats: &mut Floats<'_>) -> io::Result<Model> {

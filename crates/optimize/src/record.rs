@@ -69,12 +69,12 @@ impl RecordFormats {
     /// As [`RecordFormats::read`], into a model whose room is used again, and with the labels of
     /// its codebook.
     fn read_into(&self, scene: &Gaussians, labels: &[u32], read: &mut Gaussians) {
-        let Gaussians { means, log_scales, rotations, logit_opacities, sh_degree, sh } = scene;
+        let Gaussians { means, log_scales, rotations, logit_opacities, sh_degree, sh, .. } = scene;
         read.means.clone_from(means);
         read.log_scales.clone_from(log_scales);
         read.rotations.clone_from(rotations);
         read.logit_opacities.clone_from(logit_opacities);
-        read.sh_degree = *sh_degree;
+        (read.sh_degree, read.antialiased) = (*sh_degree, scene.antialiased);
         read.sh.clone_from(sh);
         if let Some(grid) = self.position.map(Grid::of) {
             read.means.par_iter_mut().flatten().for_each(|x| *x = grid.nearest(*x));

@@ -72,6 +72,8 @@ pub struct Rendered {
     pub survivor_bits: Vec<u8>,
     /// Degree of the scene's spherical harmonics.
     pub sh_degree: ShDegree,
+    /// Whether the scene is an anti-aliased model.
+    pub antialiased: bool,
     /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
     pub counters: Counters,
     /// Tests and accepted tiles per splat, by rank.
@@ -190,6 +192,7 @@ impl Canvas {
             rendered.weights.extend(tally.map(|n| n as f64 * f64::from(WEIGHT_STEP)));
         }
         rendered.sh_degree = scene.degree();
+        rendered.antialiased = scene.antialiased;
         rendered.trade(prepared);
         rendered.counters = totals(scene, rendered);
     }
@@ -278,6 +281,7 @@ impl Rendered {
                 points: self.counters.points,
                 survivors: self.counters.survivors,
                 sh_degree: Some(self.sh_degree),
+                antialiased: self.antialiased,
                 background,
                 mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
             },

@@ -49,6 +49,8 @@ pub struct FoveatedFrame {
     pub survivor_bits: Vec<u8>,
     /// Degree of the scene's spherical harmonics.
     pub sh_degree: ShDegree,
+    /// Whether the scene is an anti-aliased model.
+    pub antialiased: bool,
     /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
     pub counters: Counters,
     /// Counters of foveated frames.
@@ -129,6 +131,7 @@ fn render_as<R: Record>(
     }
     frame.survivor_bits = paints.survivor_bits;
     frame.sh_degree = model.base.degree();
+    frame.antialiased = model.base.antialiased;
     (frame.splats, frame.highest) = (paints.splats, paints.highest);
     (frame.counters, frame.fovea) = totals(model, &frame);
     frame
@@ -195,6 +198,7 @@ impl FoveatedFrame {
             highest: Vec::new(),
             survivor_bits: Vec::new(),
             sh_degree: ShDegree::ZERO,
+            antialiased: false,
             counters: Counters::default(),
             fovea: FoveaCounters::default(),
             touches: Vec::new(),
@@ -217,6 +221,7 @@ impl FoveatedFrame {
                 points: self.counters.points,
                 survivors: self.counters.survivors,
                 sh_degree: Some(self.sh_degree),
+                antialiased: self.antialiased,
                 background,
                 mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
             },

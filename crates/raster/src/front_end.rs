@@ -1,6 +1,7 @@
 //! A scene as the culling and conversion unit of `rtl/` takes it, and the picture of the whole
 //! hardware.
 
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::datapath::{TileEntry, draw_tile};
@@ -12,12 +13,14 @@ use powergs_datapath::ccu::{Ccu, Gaussian, Settings, camera as settings};
 use powergs_datapath::vectors::CcuWork;
 use powergs_datapath::{NumberFormat, Record, TILE, Vrc, WideFormat};
 use powergs_frame::splat::TileGrid;
+use powergs_frame::splat::project::{View, compensations};
 use powergs_scene::{Camera, Gaussians};
 
 /// Gaussians of a scene for a culling and conversion unit, in one view.
 #[derive(Debug, Clone)]
 pub struct FrontEnd<'a> {
     scene: &'a Gaussians,
+    view: View,
     /// The unit.
     pub unit: Ccu,
     /// The view.
@@ -41,20 +44,33 @@ impl<'a> FrontEnd<'a> {
             [camera.width, camera.height],
         );
         let degree = u32::from(scene.sh_degree.min(3));
-        Some(FrontEnd { scene, unit: Ccu::new(wide, narrow)?, settings, degree })
+        let view = View::new(camera);
+        Some(FrontEnd { scene, view, unit: Ccu::new(wide, narrow)?, settings, degree })
     }
 
-    /// Gaussian `i` in the numbers of the unit.
+    /// Gaussian `i` in the numbers of the unit. The unit has nothing that compensates opacities for
+    /// its low-pass: those of an anti-aliased model come compensated.
     pub fn gaussian(&self, i: usize) -> Gaussian {
         let number = |value: f64| self.unit.wide().from_f64(value);
         let turn = self.scene.rotations[i].map(f64::from);
         let length = turn.iter().map(|q| q * q).sum::<f64>().sqrt() / std::f64::consts::SQRT_2;
         let scales = self.scene.log_scales[i].map(|s| f64::from(s).exp());
-        let opacity = 1.0 / (1.0 + (-f64::from(self.scene.logit_opacities[i])).exp());
+        let opacity =
+            self.compensation(i) / (1.0 + (-f64::from(self.scene.logit_opacities[i])).exp());
         let [s0, s1, s2] = scales.map(number);
         let [w, x, y, z] = turn.map(|q| number(q / length));
         let shape = [s0, s1, s2, w, x, y, z, number(opacity)];
         Gaussian { mean: self.scene.means[i].map(|m| number(f64::from(m))), shape }
+    }
+
+    fn compensation(&self, i: usize) -> f64 {
+        if !self.scene.antialiased {
+            return 1.0;
+        }
+        let index = [i as u32];
+        let factors = dispatch!(Level::new(), simd =>
+            compensations(simd, self.scene, &self.view, &index));
+        f64::from(factors[0])
     }
 
     /// Coefficients of the colour of Gaussian `i`, with the factors of their functions; those

@@ -16,6 +16,7 @@ mod front_end;
 mod prepare;
 pub mod regions;
 mod row;
+mod sight;
 pub mod train;
 
 pub use core_work::{CorePixels, CoreSplat, CoreWork, TileWork, core_work, tile_work};
@@ -23,3 +24,4 @@ pub use datapath::render_datapath;
 pub use forward::{Canvas, Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};
 pub use front_end::{FrontEnd, render_hardware};
+pub use sight::most_in_sight;

@@ -1,4 +1,8 @@
-//! The check that turns decoded data into a valid model.
+//! The check that turns decoded data into a valid model, and what every format may say of its kind.
+//!
+//! Files keep opacities as logits and scales as logarithms, and their ends are infinite there: they
+//! become the nearest finite numbers with the same picture. Readers say what a file claims to be;
+//! what follows from the numbers is found here.
 
 use super::{Gaussians, SceneError, Warning};
 
@@ -6,6 +10,11 @@ use super::{Gaussians, SceneError, Warning};
 const LARGEST: f32 = 1e15;
 /// The largest natural logarithm of a scale: `e^40` squared is still finite.
 const LARGEST_LOG_SCALE: f32 = 40.0;
+/// The logit of an opacity that is 1 in single precision; its negative is that of one that no pixel
+/// can see.
+const OPAQUE: f32 = 20.0;
+/// The scale that stands for none, world units.
+const SMALLEST_SCALE: f32 = 1e-12;
 /// Quaternions with a squared length below this have no direction.
 const SHORTEST_SQUARED: f32 = 1e-30;
 
@@ -15,6 +24,7 @@ pub(super) fn check(
     mut scene: Gaussians,
     warnings: &mut Vec<Warning>,
 ) -> Result<Gaussians, SceneError> {
+    settle_ends(&mut scene, warnings);
     let count = scene.len();
     let mut kept = 0;
     let mut first_dropped = None;
@@ -36,7 +46,43 @@ pub(super) fn check(
         warnings.push(Warning::Dropped { count: (count - kept) as u64, first });
     }
     give_direction(&mut scene, warnings);
+    if scene.antialiased {
+        warnings.push(Warning::Antialiased);
+    }
+    if is_activated(&scene) {
+        warnings.push(Warning::Activated);
+    }
     Ok(scene)
+}
+
+/// Gives opacities of 0 and 1, and scales of 0, the finite numbers that stand for them.
+fn settle_ends(scene: &mut Gaussians, warnings: &mut Vec<Warning>) {
+    for logit in scene.logit_opacities.iter_mut().filter(|logit| logit.is_infinite()) {
+        *logit = OPAQUE.copysign(*logit);
+    }
+    let mut count = 0;
+    for scales in &mut scene.log_scales {
+        let mut is_raised = false;
+        for scale in scales.iter_mut().filter(|scale| **scale == f32::NEG_INFINITY) {
+            *scale = SMALLEST_SCALE.ln();
+            is_raised = true;
+        }
+        count += u64::from(is_raised);
+    }
+    if count > 0 {
+        warnings.push(Warning::NonPositiveScales { count });
+    }
+}
+
+/// Whether all numbers are what an exporter stores that forgot to undo the activations. As raw
+/// parameters they would be of Gaussians that are all larger than the unit of the world and more
+/// than half opaque.
+fn is_activated(scene: &Gaussians) -> bool {
+    let scales = scene.log_scales.as_flattened();
+    scene.logit_opacities.iter().all(|o| (0.0..=1.0).contains(o))
+        // Formats that round make zeros of small ones.
+        && scales.iter().all(|s| *s >= 0.0)
+        && scales.iter().any(|s| *s > 0.0)
 }
 
 /// Whether the parameters of Gaussian `i` are finite and can be squared.

@@ -12,6 +12,12 @@ pub fn logit(opacity: f64) -> f32 {
     (p / (1.0 - p)).ln() as f32
 }
 
+/// The raw scale of a scale; one of zero or less has the end of the range, which the check of the
+/// whole model replaces and counts.
+pub(super) fn log_scale(scale: f32) -> f32 {
+    if scale <= 0.0 { f32::NEG_INFINITY } else { scale.ln() }
+}
+
 /// The opacity of a raw opacity.
 pub fn sigmoid(logit: f32) -> f64 {
     1.0 / (1.0 + (-f64::from(logit)).exp())

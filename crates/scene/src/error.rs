@@ -11,11 +11,19 @@ pub enum SceneError {
     /// None of the known formats.
     #[error(
         "not a scene that is known here (it starts with {start}); \
-         give an INRIA or PlayCanvas .ply, .splat, .spz, .sog or .fov file, or a meta.json"
+         give an INRIA or PlayCanvas .ply, .splat, .spz, .sog, .glb or .fov file, or a meta.json"
     )]
     Unknown {
         /// The first bytes, printable.
         start: String,
+    },
+    /// A format that others read.
+    #[error("{format} is not read; {todo}")]
+    Foreign {
+        /// What it is.
+        format: &'static str,
+        /// How to get a file that is read.
+        todo: &'static str,
     },
     /// The bytes contradict the format.
     #[error("{place}: {what}; {todo}")]
@@ -44,6 +52,12 @@ pub enum SceneError {
         /// Gaussians in the file.
         count: u64,
     },
+    /// JSON that is no index of a scene.
+    #[error(
+        "JSON without a key `means` or `lodLevels` (SOG) or `meshes` (glTF); give the meta.json or \
+         lod-meta.json of a SOG scene, or a .gltf"
+    )]
+    NoIndex,
     /// The streamed scene has no such detail.
     #[error("there is no detail {lod}; choose one of 0 (the finest) to {last}")]
     NoSuchDetail {

@@ -1,4 +1,4 @@
-//! Models as files: INRIA PLY and the compressed formats, with what each of them lost.
+//! Models as files: INRIA PLY, glTF and the compressed formats, with what each of them lost.
 //!
 //! [`write()`] keeps the order of the Gaussians, because the index of a Gaussian is its address in
 //! DRAM. Other writers of compressed formats sort along a space-filling curve, which lets their
@@ -11,6 +11,7 @@ mod target;
 
 use std::collections::BTreeMap;
 
+use super::gltf::{self, Container};
 use super::{Gaussians, Model, OneFile, SceneError, ply, read, sog, spz};
 
 pub use error::ExportError;
@@ -69,20 +70,18 @@ impl Files {
 /// accepts; one that the format cannot hold; and a file that would not be read back.
 pub fn write(scene: &Gaussians, target: Target) -> Result<Export, ExportError> {
     check::check(scene, target)?;
+    let one = |(bytes, clamped)| (Files::One(bytes), clamped);
     let (files, clamped) = match target {
         Target::Ply => {
             let mut bytes = Vec::new();
             ply::write(scene, &mut bytes)?;
             (Files::One(bytes), Clamped::default())
         }
-        Target::CompressedPly => {
-            let (bytes, clamped) = ply::write_compressed(scene);
-            (Files::One(bytes), clamped)
-        }
-        Target::Spz => {
-            let (bytes, clamped) = spz::write(scene)?;
-            (Files::One(bytes), clamped)
-        }
+        Target::CompressedPly => one(ply::write_compressed(scene)),
+        Target::Spz => one(spz::write(scene)?),
+        Target::Gltf => one(gltf::write(scene, Container::Json)?),
+        Target::Glb => one(gltf::write(scene, Container::Binary)?),
+        Target::GlbSpz => one(gltf::write(scene, Container::Spz)?),
         Target::Sog => {
             let (files, clamped) = sog::write(scene)?;
             (Files::One(sog::zipped(&files)?), clamped)

@@ -6,7 +6,7 @@ mod models;
 use std::error::Error;
 use std::fmt;
 
-pub use cameras::open_cameras;
+pub use cameras::{has_cameras, open_cameras};
 pub use models::{OpenedModel, is_foveated, open_foveated, open_model};
 
 use super::camera::CameraError;

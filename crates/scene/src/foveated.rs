@@ -74,6 +74,7 @@ impl Foveated {
         let base = &self.base;
         let kept = (0..self.len()).filter(|&i| usize::from(self.highest[i]) >= level);
         let mut out = Gaussians::with_capacity(self.counts()[level], base.sh_degree);
+        out.antialiased = base.antialiased;
         let n = base.sh_coefficients();
         for i in kept {
             let paint = self.paint(level, i);

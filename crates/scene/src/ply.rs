@@ -10,10 +10,11 @@ mod write;
 
 use std::io::BufRead;
 
+use super::Warning;
 use super::error::{DAMAGED, SceneError};
 use super::input::Input;
 use super::read::{Format, Model};
-use header::{Element, Encoding, Header};
+use header::{Element, Encoding, Header, Mode};
 
 pub(super) use compressed::write as write_compressed;
 pub use write::write;
@@ -29,12 +30,19 @@ struct Source<'a> {
 pub(super) fn read(input: Input<'_>) -> Result<Model, SceneError> {
     let mut source = Source { reader: input.reader, left: input.len };
     let header = header::read(&mut source)?;
-    let (gaussians, format, warnings) = if header.elements.iter().any(|e| e.name == "chunk") {
+    let (mut gaussians, format, mut warnings) = if header.elements.iter().any(|e| e.name == "chunk")
+    {
         (compressed::read(&mut source, &header)?, Format::CompressedPly, Vec::new())
     } else {
         let (gaussians, warnings) = inria::read(&mut source, &header)?;
         (gaussians, Format::Ply, warnings)
     };
+    // What the columns say weighs more than a comment.
+    let is_flat = warnings.contains(&Warning::Flat);
+    if header.mode == Mode::Flat && !is_flat {
+        warnings.push(Warning::Flat);
+    }
+    gaussians.antialiased = header.mode == Mode::Antialiased && !is_flat;
     Ok(Model { gaussians, format, warnings })
 }
 

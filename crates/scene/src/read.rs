@@ -4,7 +4,8 @@ use std::io::{BufRead, Cursor, Read};
 
 use super::error::SceneError;
 use super::input::{Folder, Input, open};
-use super::{Foveated, Gaussians, Warning, check, foveated, ply, sog, splat_rows, spz};
+use super::{Foveated, Gaussians, Warning, check, foreign, foveated, gltf, ply, sog};
+use super::{splat_rows, spz};
 
 /// The formats that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -21,6 +22,8 @@ pub enum Format {
     Sog(u8),
     /// PlayCanvas streamed SOG: levels of detail.
     StreamedSog,
+    /// glTF, as JSON or binary.
+    Gltf,
     /// A foveated model: four levels.
     Foveated,
 }
@@ -39,6 +42,7 @@ impl Format {
             Self::Sog(1) => "sog v1",
             Self::Sog(_) => "sog v2",
             Self::StreamedSog => "streamed sog",
+            Self::Gltf => "gltf",
             Self::Foveated => "foveated model",
         }
     }
@@ -55,13 +59,15 @@ pub struct Model {
     pub warnings: Vec<Warning>,
 }
 
+/// Largest JSON file, bytes; a `.gltf` may have its numbers in it, as text.
+const MAX_JSON: u64 = 4 << 30;
 /// Bytes that are enough to recognise a format.
 const HEAD: u64 = 4096;
 
-/// Reads the scene whose file, or for several files whose index (`meta.json`, `lod-meta.json`), is
-/// `name` in `folder`. `lod` chooses the detail of a streamed scene (0, the finest, if not given)
-/// and is an error for other formats. A foveated model gives its level 1. Gaussians with unusable
-/// parameters are dropped with a warning.
+/// Reads the scene whose file, or for several files whose index (`meta.json`, `lod-meta.json`, a
+/// `.gltf`), is `name` in `folder`. `lod` chooses the detail of a streamed scene (0, the finest, if
+/// not given) and is an error for other formats. A foveated model gives its level 1. Gaussians with
+/// unusable parameters are dropped with a warning.
 ///
 /// # Errors
 /// [`SceneError`]: an unknown format, a damaged or unsupported file, a detail that is not
@@ -80,14 +86,15 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
     if head.is_empty() {
         return Err(SceneError::Empty);
     }
-    let kind = recognise(&head, len)?;
+    let kind = recognise(&head, len, name)?;
     let reader: Box<dyn BufRead + '_> = Box::new(Cursor::new(head).chain(reader));
     let input = Input { reader, len };
     let model = match kind {
         Kind::Ply => ply::read(input)?,
         Kind::Spz => spz::read(input)?,
         Kind::Zip => sog::read_bundle(input)?,
-        Kind::Json => return sog::read_index(folder, name, input, lod),
+        Kind::Glb => gltf::read_binary(folder, input)?,
+        Kind::Json => return read_json(folder, name, input, lod),
         Kind::Splat => splat_rows::read(input)?,
         Kind::Foveated => read_level(input)?,
     };
@@ -97,7 +104,37 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
     }
 }
 
+/// What a JSON file describes: SOG, whole or streamed, or glTF.
+fn read_json(
+    folder: &dyn Folder,
+    name: &str,
+    input: Input<'_>,
+    lod: Option<u32>,
+) -> Result<Model, SceneError> {
+    let mut bytes = Vec::new();
+    let read = input.reader.take(MAX_JSON).read_to_end(&mut bytes);
+    read.map_err(|e| SceneError::reading(name, e))?;
+    let keys = match sog::object(&bytes) {
+        Ok(keys) => keys,
+        Err(error) => return Err(foreign::by_name(name).unwrap_or(error)),
+    };
+    drop(bytes);
+    let prefix = name.rfind('/').map_or("", |slash| &name[..=slash]);
+    if keys.contains_key("asset") && keys.contains_key("meshes") {
+        let model = gltf::read_json(folder, prefix, keys)?;
+        return match lod {
+            None => Ok(model),
+            Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
+        };
+    }
+    match sog::read_index(folder, prefix, keys, lod) {
+        Err(SceneError::NoIndex) => Err(foreign::by_name(name).unwrap_or(SceneError::NoIndex)),
+        other => other,
+    }
+}
+
 enum Kind {
+    Glb,
     Ply,
     Spz,
     Zip,
@@ -115,11 +152,15 @@ fn read_level(input: Input<'_>) -> Result<Model, SceneError> {
     Ok(Model { gaussians, format: Format::Foveated, warnings: Vec::new() })
 }
 
-fn recognise(head: &[u8], len: u64) -> Result<Kind, SceneError> {
+fn recognise(head: &[u8], len: u64, name: &str) -> Result<Kind, SceneError> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().find(|b| !b.is_ascii_whitespace());
-    if head.starts_with(&foveated::MAGIC) {
+    if let Some(error) = foreign::by_content(head) {
+        Err(error)
+    } else if head.starts_with(&foveated::MAGIC) {
         Ok(Kind::Foveated)
+    } else if head.starts_with(gltf::MAGIC) {
+        Ok(Kind::Glb)
     } else if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
         Ok(Kind::Ply)
     } else if head.starts_with(b"NGSP") || head.starts_with(&[0x1f, 0x8b]) {
@@ -128,6 +169,9 @@ fn recognise(head: &[u8], len: u64) -> Result<Kind, SceneError> {
         Ok(Kind::Zip)
     } else if first == Some(&b'{') {
         Ok(Kind::Json)
+    } else if let Some(error) = foreign::by_name(name) {
+        // Rows of `.splat` have no magic, and some foreign files look like them.
+        Err(error)
     } else if splat_rows::plausible(head, len) {
         Ok(Kind::Splat)
     } else {

@@ -18,10 +18,10 @@ use std::io::Read;
 
 use serde_json::{Map, Value};
 
-use super::Gaussians;
 use super::error::{DAMAGED, SceneError};
 use super::input::{Folder, Input, check_count, plausible, slurp};
 use super::read::{Format, Model};
+use super::{Gaussians, Warning};
 use meta::Meta;
 use plane::Plane;
 pub(super) use write::{FILE_NAMES, write, zipped};
@@ -40,25 +40,19 @@ pub(super) fn read_bundle(input: Input<'_>) -> Result<Model, SceneError> {
     read_model(&bundle, bundle.prefix(), object(&index)?)
 }
 
-/// Reads what `input`, a `meta.json` or `lod-meta.json` called `name`, describes.
+/// Reads what the keys of a `meta.json` or `lod-meta.json` describe. Names of files are relative to
+/// `prefix`.
 pub(super) fn read_index(
     folder: &dyn Folder,
-    name: &str,
-    input: Input<'_>,
+    prefix: &str,
+    keys: Map<String, Value>,
     lod: Option<u32>,
 ) -> Result<Model, SceneError> {
-    let mut index = Vec::new();
-    let read = input.reader.take(MAX_INDEX).read_to_end(&mut index);
-    read.map_err(|e| SceneError::reading(name, e))?;
-    let keys = object(&index)?;
-    let prefix = name.rfind('/').map_or("", |slash| &name[..=slash]);
     if keys.contains_key("lodLevels") {
         return lod::read(folder, prefix, keys, lod.unwrap_or(0));
     }
     if !keys.contains_key("means") {
-        let what = "no key `means` or `lodLevels`";
-        let todo = "give the meta.json or lod-meta.json of a SOG scene";
-        return Err(SceneError::malformed("JSON", what, todo));
+        return Err(SceneError::NoIndex);
     }
     let model = read_model(folder, prefix, keys)?;
     match lod {
@@ -67,7 +61,8 @@ pub(super) fn read_index(
     }
 }
 
-fn object(bytes: &[u8]) -> Result<Map<String, Value>, SceneError> {
+/// The keys of a JSON object.
+pub(super) fn object(bytes: &[u8]) -> Result<Map<String, Value>, SceneError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     serde_json::from_slice(bytes).map_err(|e| {
         if e.is_eof() {
@@ -107,5 +102,8 @@ fn read_model(
             scene.sh = decode::harmonics(&meta.sh0, &sh0, table, &palette, &labels)?;
         }
     }
-    Ok(Model { gaussians: scene, format: Format::Sog(meta.version), warnings: Vec::new() })
+    let kind = meta.model.as_deref();
+    scene.antialiased = kind == Some("antialiased");
+    let warnings = if kind == Some("2dgs") { vec![Warning::Flat] } else { Vec::new() };
+    Ok(Model { gaussians: scene, format: Format::Sog(meta.version), warnings })
 }

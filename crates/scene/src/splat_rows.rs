@@ -6,17 +6,15 @@
 
 use std::io::Read;
 
-use super::convert::{dc, logit};
+use super::Gaussians;
+use super::convert::{dc, log_scale, logit};
 use super::error::{DAMAGED, SceneError};
 use super::input::{Input, check_count};
 use super::read::{Format, Model};
-use super::{Gaussians, Warning};
 
 const ROW: usize = 32;
 /// Rows that are read at a time.
 const BLOCK: usize = 4096;
-/// Replacement of a scale of zero or less.
-const SMALLEST_SCALE: f32 = 1e-12;
 /// Coordinates and scales of the first rows are below this in every real file.
 const FAR: f32 = 1e7;
 
@@ -45,37 +43,28 @@ pub(super) fn read(mut input: Input<'_>) -> Result<Model, SceneError> {
     }
     let count = check_count("rows", input.len / ROW as u64, u64::MAX)?;
     let mut scene = Gaussians::with_capacity(count, 0);
-    let mut clamped = 0;
     let mut block = vec![0; BLOCK.min(count) * ROW];
     while scene.len() < count {
         let rows = BLOCK.min(count - scene.len());
         let bytes = &mut block[..rows * ROW];
         let place = format!("row {}", scene.len());
         input.reader.read_exact(bytes).map_err(|e| SceneError::reading(&place, e))?;
-        bytes.chunks_exact(ROW).for_each(|row| clamped += u64::from(push(&mut scene, row)));
+        bytes.chunks_exact(ROW).for_each(|row| push(&mut scene, row));
     }
     if input.reader.read(&mut [0]).map_err(|e| SceneError::reading("rows", e))? != 0 {
         return Err(SceneError::malformed("rows", "the file grew while it was read", DAMAGED));
     }
-    let mut warnings = Vec::new();
-    if clamped > 0 {
-        warnings.push(Warning::NonPositiveScales { count: clamped });
-    }
-    Ok(Model { gaussians: scene, format: Format::Splat, warnings })
+    Ok(Model { gaussians: scene, format: Format::Splat, warnings: Vec::new() })
 }
 
-/// Decodes one row; says whether a scale had to be raised.
-fn push(scene: &mut Gaussians, row: &[u8]) -> bool {
+/// Decodes one row.
+fn push(scene: &mut Gaussians, row: &[u8]) {
     let v = floats(row);
-    let scale = [v[3], v[4], v[5]];
-    // NaN stays NaN, and the Gaussian is dropped later.
-    let raised = scale.map(|s| if s <= 0.0 { SMALLEST_SCALE } else { s });
     scene.means.push([v[0], v[1], v[2]]);
-    scene.log_scales.push(raised.map(f32::ln));
+    scene.log_scales.push([v[3], v[4], v[5]].map(log_scale));
     scene.sh.extend(row[24..27].iter().map(|&c| dc(f64::from(c) / 255.0)));
     scene.logit_opacities.push(logit(f64::from(row[27]) / 255.0));
     scene.rotations.push(rotation(row));
-    scale.iter().any(|s| *s <= 0.0)
 }
 
 fn rotation(row: &[u8]) -> [f32; 4] {

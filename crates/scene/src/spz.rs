@@ -183,9 +183,7 @@ fn finish(header: Header, mut scene: Gaussians, extensions: &[u8]) -> Result<Mod
     if header.degree > 3 {
         warnings.push(Warning::ShReduced { from: header.degree });
     }
-    if header.flags & FLAG_ANTIALIASED != 0 {
-        warnings.push(Warning::Antialiased);
-    }
+    scene.antialiased = header.flags & FLAG_ANTIALIASED != 0;
     Ok(Model { gaussians: scene, format: Format::Spz(header.version), warnings })
 }
 

@@ -46,6 +46,7 @@ pub fn generate(preset: &Preset, points: usize, seed: u64) -> Gaussians {
         logit_opacities: vec![0.0; points],
         sh_degree: SH_DEGREE,
         sh: vec![0.0; points * COEFFICIENTS],
+        antialiased: false,
     };
     let geometry = scene.means.par_chunks_mut(PART).zip(scene.log_scales.par_chunks_mut(PART));
     let look = scene

@@ -20,7 +20,7 @@ pub enum Warning {
         /// Index of the first, among those that were kept.
         first: u64,
     },
-    /// Linear scales of zero or less were raised to `1e-12`.
+    /// Scales of zero or less were raised to `1e-12`.
     NonPositiveScales {
         /// How many Gaussians.
         count: u64,
@@ -30,8 +30,21 @@ pub enum Warning {
         /// The degree in the file.
         from: u8,
     },
-    /// The file says that the model was trained with anti-aliasing (mip-splatting).
+    /// The file says that the model was trained with anti-aliasing (Mip-Splatting).
     Antialiased,
+    /// The 3D filter of Mip-Splatting is a column of the file, and was applied.
+    Filter3d,
+    /// A model of 2D Gaussian Splatting.
+    Flat,
+    /// All numbers look as if the activations had been applied already.
+    Activated,
+    /// Colours are linear, and are shown as if they were sRGB.
+    LinearColours,
+    /// Columns that mean something to somebody and were not read.
+    IgnoredColumns {
+        /// Their names.
+        names: Vec<String>,
+    },
     /// Quaternions whose length is not 1 within 1 %. Usual for INRIA files.
     Unnormalised {
         /// How many.
@@ -58,6 +71,11 @@ impl Warning {
             Self::NonPositiveScales { .. } => "non_positive_scales",
             Self::ShReduced { .. } => "sh_reduced",
             Self::Antialiased => "antialiased",
+            Self::Filter3d => "filter_3d",
+            Self::Flat => "flat",
+            Self::Activated => "activated",
+            Self::LinearColours => "linear_colours",
+            Self::IgnoredColumns { .. } => "ignored_columns",
             Self::Unnormalised { .. } => "unnormalised_quaternions",
             Self::AbsurdScales { .. } => "absurd_scales",
             Self::Invisible { .. } => "invisible",
@@ -73,7 +91,13 @@ impl Warning {
             | Self::Unnormalised { count }
             | Self::AbsurdScales { count }
             | Self::Invisible { count } => Some(count),
-            Self::ShReduced { .. } | Self::Antialiased => None,
+            Self::ShReduced { .. }
+            | Self::Antialiased
+            | Self::Filter3d
+            | Self::Flat
+            | Self::Activated
+            | Self::LinearColours
+            | Self::IgnoredColumns { .. } => None,
         }
     }
 }
@@ -106,7 +130,42 @@ impl fmt::Display for Warning {
                 write!(f, "SH degree {from} in the file; only degrees 0 to 3 are used")
             }
             Self::Antialiased => {
-                write!(f, "trained with anti-aliasing; shown without its opacity compensation")
+                write!(
+                    f,
+                    "an anti-aliased model (Mip-Splatting): opacities are compensated for the \
+                     low-pass of each view"
+                )
+            }
+            Self::Filter3d => write!(
+                f,
+                "the 3D filter of Mip-Splatting (`filter_3D`) is applied to scales and opacities; \
+                 if the model was trained with its 2D filter, too, write `comment SplatRenderMode: \
+                 mip` into the header"
+            ),
+            Self::Flat => write!(
+                f,
+                "a model of 2D Gaussian Splatting (2DGS), which has two scales: shown as flat 3D \
+                 Gaussians; its own rasteriser makes another picture"
+            ),
+            Self::Activated => write!(
+                f,
+                "all opacities are 0 to 1 and all scales above 0, as if their activations had been \
+                 applied: this model is probably wrong; export it again with opacity \
+                 ln(p / (1 - p)) and scale ln(s)"
+            ),
+            Self::LinearColours => write!(
+                f,
+                "trained on linear colours (`lin_...`), which are shown as sRGB: pictures are dark"
+            ),
+            Self::IgnoredColumns { names } => {
+                const SHOWN: usize = 8;
+                let more = if names.len() > SHOWN { ", ..." } else { "" };
+                write!(
+                    f,
+                    "{} not read: {}{more}; a moving scene stands still without them",
+                    counted(names.len() as u64, "column"),
+                    names[..names.len().min(SHOWN)].join(", "),
+                )
             }
             Self::Unnormalised { count } => {
                 write!(

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 
 use powergs_scene::convert::sigmoid;
+use powergs_scene::export::{self, Target};
 use powergs_scene::{Gaussians, write_ply};
 
 /// Files of a scene, by name.
@@ -341,6 +342,14 @@ pub fn zipped(files: &Files) -> Vec<u8> {
     archive.finish().expect("memory takes all").into_inner()
 }
 
+/// A file of the program's own writer.
+fn written(scene: &Gaussians, target: Target) -> Vec<u8> {
+    match export::write(scene, target).expect("a sound model").files {
+        export::Files::One(bytes) => bytes,
+        export::Files::Folder(_) => panic!("one file"),
+    }
+}
+
 /// One small file or more for each fuzz target: target, name, bytes.
 pub fn seeds() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let (flat, round) = (sample(3, 0), sample(2, 2));
@@ -356,6 +365,9 @@ pub fn seeds() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         ("scene_spz", "v3", spz(&round, 3, &axes)),
         ("scene_spz", "v4", spz(&flat, 4, &[])),
         ("scene_spz", "v4_degree2", spz(&round, 4, &axes)),
+        ("scene_gltf", "json", written(&round, Target::Gltf)),
+        ("scene_gltf", "binary", written(&flat, Target::Glb)),
+        ("scene_gltf", "spz", written(&flat, Target::GlbSpz)),
         ("scene_sog", "v1", zipped(&sog(&flat, 1))),
         ("scene_sog", "v2_degree2", zipped(&sog(&round, 2))),
         ("scene_sog_plane", "means_l", sog(&flat, 2)["means_l.webp"].clone()),

@@ -97,6 +97,7 @@ pub fn forward_input() -> (Value, Gaussians, Camera, [f32; 3]) {
         logit_opacities: floats(&input["opacity"]).iter().map(|&o| logit(o as f32)).collect(),
         sh_degree: 3,
         sh: channel_major(&floats(&input["sh"])),
+        antialiased: false,
     };
     let tan = ["tanfovx", "tanfovy"].map(|k| input[k].as_f64().unwrap());
     let size = ["W", "H"].map(|k| input[k].as_u64().unwrap() as u32);

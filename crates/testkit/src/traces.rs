@@ -100,6 +100,7 @@ pub fn frame(seed: u64, shape: Shape) -> Frame {
             points: u64::from(shape.points),
             survivors,
             sh_degree: ShDegree::new((seed % 4) as u8).filter(|_| shape.extras),
+            antialiased: shape.extras && seed.is_multiple_of(3),
             background: [0.0, 0.5, 1.0],
             mean_linear_rgb: shape.extras.then_some([0.1, 0.2, 1e-9]),
         },

@@ -98,7 +98,8 @@ pub fn finish(
 fn ending(target: Target) -> &'static str {
     match target {
         Target::CompressedPly => "compressed.ply",
-        Target::Ply | Target::Spz | Target::Sog | Target::SogFolder => target.name(),
+        Target::GlbSpz => "glb",
+        other => other.name(),
     }
 }
 

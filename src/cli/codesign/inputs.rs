@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::camera_file::CameraArgs;
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
-use super::super::{Context, Exit, Failure, OrExit, demo_scene, scene_file};
+use super::super::{Context, Exit, Failure, OrExit, demo_scene, scene_file, sight};
 use super::{Args, LevelArg, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
@@ -155,8 +155,9 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera
         fov: None,
         headset: None,
     };
-    let views = source.cameras(|| SceneBounds::of(dense))?;
+    let views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
     views.warn(context);
+    sight::check(dense, &views.cameras, context);
     Ok(views.cameras)
 }
 

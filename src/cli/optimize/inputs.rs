@@ -7,7 +7,7 @@ use super::super::inputs;
 use super::super::progress::Progress;
 use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, demo_scene, lpips_file, out, scene_file};
+use super::super::{Context, Exit, Failure, demo_scene, lpips_file, out, scene_file, sight};
 use super::photos::PhotoFolder;
 use super::{Args, KeepArg, PowerArgs, PowerViewsArg, demo, photos};
 use powergs_frame::fovea::Screen;
@@ -156,7 +156,8 @@ fn views(
         fov: None,
         headset: None,
     };
-    let views: Views = source.cameras(|| SceneBounds::of(dense))?;
+    let views: Views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
+    sight::check(dense, &views.cameras, context);
     let (used, photos) = match images {
         Some(folder) => photographed(args, context, folder, &views)?,
         None => {

@@ -11,23 +11,22 @@ use powergs_optimize::references::Reference;
 use powergs_pixels::{Decoded, Limits};
 use powergs_scene::Camera;
 use powergs_scene::camera::Lens;
+use powergs_scene::files::has_cameras;
 
 /// Endings of photo files, lower-case.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
+/// Those of pictures that cameras and phones make and that are not read.
+const OTHER_ENDINGS: [&str; 12] =
+    ["tif", "tiff", "heic", "heif", "avif", "jxl", "exr", "bmp", "dng", "cr2", "nef", "arw"];
 /// The largest photo that is read.
 const LIMITS: Limits = Limits { side: u32::MAX, bytes: 1 << 30 };
 /// How many photos or views an error names.
 const NAMED: usize = 5;
 
-/// The camera file that belongs to a folder of photos.
+/// The folder whose cameras belong to a folder of photos.
 pub fn camera_file(folder: &Path) -> Option<PathBuf> {
-    let names = ["cameras.json", "transforms.json"];
-    let folders = || [Some(folder), folder.parent()].into_iter().flatten();
-    let files = folders().flat_map(|f| names.map(|name| f.join(name)));
-    let colmap = ["sparse/0/cameras.bin", "sparse/0/cameras.txt"];
-    let is_colmap = |f: &&Path| colmap.iter().any(|name| f.join(name).is_file());
-    let mut models = folders().filter(is_colmap).map(Path::to_path_buf);
-    files.into_iter().find(|path| path.is_file()).or_else(|| models.next())
+    let mut folders = [Some(folder), folder.parent()].into_iter().flatten();
+    folders.find(|folder| has_cameras(folder)).map(Path::to_path_buf)
 }
 
 /// The photos of a folder, by name.
@@ -35,6 +34,8 @@ pub struct PhotoFolder {
     folder: PathBuf,
     /// Files with the ending of a photo in the folder or its `images`.
     files: BTreeMap<String, PathBuf>,
+    /// Endings of pictures that are not read, and how many there are.
+    others: BTreeMap<String, usize>,
 }
 
 impl PhotoFolder {
@@ -43,7 +44,7 @@ impl PhotoFolder {
     /// # Errors
     /// Exit code 3: it cannot be read.
     pub fn open(folder: &Path) -> Result<PhotoFolder, Failure> {
-        let mut files = BTreeMap::new();
+        let (mut files, mut others) = (BTreeMap::new(), BTreeMap::new());
         for place in [folder.to_path_buf(), folder.join("images")] {
             if place != folder && !place.is_dir() {
                 continue;
@@ -52,12 +53,15 @@ impl PhotoFolder {
             for entry in entries {
                 let path = entry.or_exit(Exit::BadInput, place.display())?.path();
                 let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-                if let Some(name) = name.filter(|name| ends_as_photo(name)) {
+                let Some(name) = name else { continue };
+                if ends_as_photo(&name) {
                     files.entry(name).or_insert(path);
+                } else if let Some(end) = ending(&name, &OTHER_ENDINGS) {
+                    *others.entry(end).or_insert(0) += 1;
                 }
             }
         }
-        Ok(PhotoFolder { folder: folder.to_owned(), files })
+        Ok(PhotoFolder { folder: folder.to_owned(), files, others })
     }
 
     /// The file of each view, in order.
@@ -90,6 +94,11 @@ impl PhotoFolder {
     fn missing(&self, missing: &[&str], all: usize) -> Failure {
         let have: Vec<&str> = self.files.keys().map(String::as_str).collect();
         let there = match have.as_slice() {
+            [] if !self.others.is_empty() => {
+                let kinds = self.others.iter().map(|(end, n)| format!("{n} .{end}"));
+                let kinds = kinds.collect::<Vec<_>>().join(" and ");
+                format!("there are {kinds}, which are not read: convert them to PNG or JPEG")
+            }
             [] => "there is none".to_owned(),
             have => format!("there are {}: {}", have.len(), listed(have)),
         };
@@ -134,7 +143,13 @@ impl PhotoFolder {
 }
 
 fn ends_as_photo(name: &str) -> bool {
-    name.rsplit_once('.').is_some_and(|(_, end)| ENDINGS.contains(&&*end.to_lowercase()))
+    ending(name, &ENDINGS).is_some()
+}
+
+/// The ending of a name, in small letters, if it is one of these.
+fn ending(name: &str, of: &[&str]) -> Option<String> {
+    let end = name.rsplit_once('.')?.1.to_lowercase();
+    of.contains(&end.as_str()).then_some(end)
 }
 
 /// A name without the ending of a photo.

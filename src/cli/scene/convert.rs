@@ -19,7 +19,7 @@ use powergs_scene::files::open_model;
 /// What to convert, and to what.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// File, or folder with meta.json or lod-meta.json
+    /// File, or folder of a SOG scene or of a training run
     file: PathBuf,
     /// File to write; for unbundled SOG a folder, or meta.json in it
     output: PathBuf,
@@ -81,8 +81,8 @@ fn target(args: &Args) -> Result<Target, Failure> {
     }
     let names = Target::ALL.map(Target::name).join(", ");
     let what = format!(
-        "{}: the name says no format that is written; end it in .ply, .compressed.ply, .spz or \
-         .sog, or give --format ({names})",
+        "{}: the name says no format that is written; end it in .ply, .compressed.ply, .spz, \
+         .gltf, .glb or .sog, or give --format ({names})",
         output.display()
     );
     Err(Failure::new(Exit::Usage, what))

@@ -25,7 +25,8 @@ impl Parts for SweepParts<'_, '_> {
 
     fn arguments(&self) -> Vec<OsString> {
         let SweepArgs { definition, store, .. } = self.args;
-        let Definition { file, traces, frames, sets, points, dram_model } = definition;
+        let Definition { file, traces, frames, sets, points, dram_model, fps, display } =
+            definition;
         let mut words: Vec<OsString> = file.iter().map(OsString::from).collect();
         words.extend(traces.iter().map(|t| flag("traces", t)));
         words.extend(frames.map(|f| {
@@ -34,6 +35,8 @@ impl Parts for SweepParts<'_, '_> {
         }));
         words.extend(sets.iter().map(|s| flag("set", s)));
         words.extend(points.map(|n| flag("points", n.to_string())));
+        words.extend(fps.map(|fps| flag("fps", fps.to_string())));
+        words.extend(display.iter().map(|name| flag("display", name)));
         words.extend(dram_model.map(|model| flag("dram-model", model.key())));
         words.extend(store.as_ref().map(|path| flag("store", path)));
         words.push(flag("memory", self.context.global.memory.to_string()));

@@ -151,6 +151,7 @@ fn facts(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     row("split", &camera.split.map_or("", |s| s.name()))?;
     row("points", &facts.points)?;
     row("sh_degree", &facts.sh_degree.map_or(String::new(), |degree| degree.to_string()))?;
+    row("antialiased", &facts.antialiased)?;
     row("survivors", &facts.survivors)?;
     row("visible_splats", &frame.splats.len())?;
     for (channel, value) in ["r", "g", "b"].iter().zip(facts.background) {

@@ -58,6 +58,7 @@ struct Sizes {
     splats: u64,
     survivors: u64,
     sh_degree: Option<ShDegree>,
+    antialiased: bool,
     gaze: Option<[f32; 2]>,
     columns: Vec<(&'static str, u64, u64)>,
     bytes: u64,
@@ -80,6 +81,7 @@ impl Sizes {
             splats: info.head.splats.into(),
             survivors: facts.survivors,
             sh_degree: facts.sh_degree,
+            antialiased: facts.antialiased,
             gaze: info.head.gaze,
             columns: info.columns.iter().map(known).collect(),
             bytes: info.bytes,
@@ -179,7 +181,7 @@ impl Trace {
         page.facts([
             ("file", format!("{}, {:.2} MB, complete", self.file, self.bytes as f64 * 1e-6)),
             ("format", format!("version {major}.{minor}, written by {generator}")),
-            ("scene", format!("{scene}, {points} Gaussians")),
+            ("scene", format!("{scene}, {points} Gaussians{}", self.kind())),
             ("SH degree", self.sh_degree()),
             ("frames", format!("{frames}, {foveated} of them foveated")),
             ("resolution", resolution),
@@ -211,6 +213,11 @@ impl Trace {
              bits, preview, facts. Ratio: columns before compression over bytes of the frame.",
         );
         page
+    }
+
+    /// What is to know of the model.
+    fn kind(&self) -> &'static str {
+        if self.frames.iter().any(|frame| frame.antialiased) { ", anti-aliased" } else { "" }
     }
 
     /// The SH degree of the scene in all frames.
@@ -249,6 +256,7 @@ impl Trace {
             object.insert("width_px".into(), json!(f.width));
             object.insert("height_px".into(), json!(f.height));
             object.insert("sh_degree".into(), json!(f.sh_degree.map(ShDegree::get)));
+            object.insert("antialiased".into(), json!(f.antialiased));
             object.insert("foveated".into(), json!(f.gaze.is_some()));
             object.insert("gaze".into(), json!(f.gaze));
             object.extend(f.json(1));

@@ -16,7 +16,7 @@ use powergs_scene::files::{OpenedModel, open_model};
 /// A scene and views of it.
 #[derive(Debug, clap::Args)]
 pub struct Scene {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
     #[arg(long, value_name = "PATH")]
     scene: PathBuf,
     /// Level of detail of a streamed scene (lod-meta.json)
@@ -44,7 +44,8 @@ impl Scene {
     fn open(&self, context: &Context) -> Result<(OpenedModel, Vec<Camera>), Failure> {
         let model = open_model(&self.scene, self.lod)?;
         warn(&model, context);
-        let views = self.cameras.cameras(|| SceneBounds::of(&model.gaussians))?;
+        let bounds = || SceneBounds::of(&model.gaussians);
+        let views = self.cameras.cameras(Some(&self.scene), bounds)?;
         views.warn(context);
         Ok((model, views.cameras))
     }

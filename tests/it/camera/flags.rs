@@ -28,7 +28,7 @@ fn views(flags: &str) -> Result<(Vec<Camera>, Vec<String>), Failure> {
     let args = ["x", "--cameras", path].into_iter().chain(flags.split_whitespace());
     let flags =
         Flags::try_parse_from(args).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-    let views = flags.cameras.cameras(|| panic!("no orbit"))?;
+    let views = flags.cameras.cameras(None, || panic!("no orbit"))?;
     Ok((views.cameras, views.notes))
 }
 
@@ -79,7 +79,7 @@ fn orbit_looks_at_the_robust_centre() {
     assert_eq!(bounds.centre, DVec3::new(1.0, 2.0, 3.0));
     let args = ["x", "--orbit", "4", "--orbit-radius", "10", "--orbit-up", "-y"];
     let flags = Flags::try_parse_from(args).unwrap();
-    let cameras = flags.cameras.cameras(|| bounds).unwrap().cameras;
+    let cameras = flags.cameras.cameras(None, || bounds).unwrap().cameras;
     assert_eq!(cameras.len(), 4);
     for camera in &cameras {
         assert!((camera.centre.distance(bounds.centre) - 10.0).abs() < 1e-9);

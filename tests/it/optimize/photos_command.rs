@@ -143,3 +143,18 @@ fn photos_and_cameras_that_do_not_fit_are_named() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("1 of 8 photos have no camera and are not used"), "{said}");
 }
+
+#[test]
+fn photos_of_formats_that_are_not_read_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let tiny = stage(folder, 100);
+    fs::create_dir_all(folder.join("photos")).unwrap();
+    for (i, camera) in tiny.cameras.iter().enumerate() {
+        let end = if i == 0 { "HEIC" } else { "tif" };
+        fs::write(folder.join("photos").join(format!("{}.{end}", camera.name)), "").unwrap();
+    }
+    let more = [&SHORT[..], &["--cameras", "@/cameras.json"]].concat();
+    let said = "there are 1 .heic and 7 .tif, which are not read: convert them to PNG or JPEG";
+    fails(folder, &more, Exit::BadInput, said);
+}

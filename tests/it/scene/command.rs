@@ -131,7 +131,7 @@ fn what_was_lost_as_json() {
 fn a_name_that_says_nothing_and_a_model_that_does_not_fit() {
     let folder = folder_with_a_model();
     let refused = convert(&folder, "scene.ply a.splat").code(2);
-    refused.stderr(predicates::str::contains("give --format (ply, compressed-ply, spz, sog"));
+    refused.stderr(predicates::str::contains("give --format (ply, compressed-ply, spz, gltf"));
     let mut far = sample(3, 0);
     far.means[1][2] = 1e9;
     std::fs::write(folder.path().join("far.ply"), encode::ply(&far)).unwrap();
@@ -175,7 +175,7 @@ fn failures_name_the_file_and_leave_nothing_behind() {
     let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
     assert!(text.contains("cut.ply: PLY element `vertex`: the header promises 9 rows"), "{text}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the input is there");
-    let cases = [("nothing.ply", 3, "No such file"), ("", 3, "without meta.json")];
+    let cases = [("nothing.ply", 3, "No such file"), ("", 3, "a folder without a model")];
     for (name, code, message) in cases {
         let path = folder.path().join(name);
         let run = program().args(["scene", "info"]).arg(&path).assert().code(code);
@@ -205,4 +205,79 @@ fn a_pipe_is_refused_and_a_name_that_is_no_text_is_read() {
     let name = folder.path().join(std::ffi::OsStr::from_bytes(b"sc\xffne.ply"));
     std::fs::write(&name, encode::ply(&sample(5, 0))).unwrap();
     program().args(["scene", "info"]).arg(&name).assert().success();
+}
+
+/// A run of INRIA's trainer: its last iteration, and its cameras.
+#[test]
+fn the_folder_of_a_run_is_its_last_iteration() {
+    let folder = tempfile::tempdir().unwrap();
+    for (iteration, points) in [(7000, 20), (30_000, 30), (999, 10)] {
+        let place = folder.path().join(format!("point_cloud/iteration_{iteration}"));
+        std::fs::create_dir_all(&place).unwrap();
+        std::fs::write(place.join("point_cloud.ply"), encode::ply(&sample(points, 0))).unwrap();
+    }
+    // Where the trainer was stopped before it had written.
+    std::fs::create_dir(folder.path().join("point_cloud/iteration_40000")).unwrap();
+    for place in [folder.path().to_owned(), folder.path().join("point_cloud")] {
+        let model = open_model(&place, None).unwrap();
+        assert_eq!(model.gaussians.len(), 30, "{}", place.display());
+        assert!(model.path.ends_with("iteration_30000/point_cloud.ply"));
+    }
+    let iteration = folder.path().join("point_cloud/iteration_7000");
+    assert_eq!(open_model(&iteration, None).unwrap().gaussians.len(), 20);
+    let empty = folder.path().join("point_cloud/iteration_40000");
+    let error = open_model(&empty, None).unwrap_err().to_string();
+    assert!(error.contains("a folder without a model"), "{error}");
+}
+
+/// A model that is shown, extracted and replayed from behind: a word, and the work all the same.
+#[test]
+fn cameras_that_see_nothing_are_warned_of() {
+    let folder = folder_with_a_model();
+    let at = |name: &str| folder.path().join(name);
+    let cameras = |from: f64| {
+        let centre = glam::DVec3::new(0.0, 0.0, from);
+        let target = glam::DVec3::new(0.0, 0.0, from + 1.0);
+        let up = glam::DVec3::NEG_Y;
+        powergs_sim::scene::Camera::looking_at(centre, target, up, 1.0, (64, 48))
+    };
+    let write = |views: &[powergs_sim::scene::Camera]| {
+        let text = powergs_sim::scene::camera::inria::write(views);
+        std::fs::write(at("cameras.json"), text).unwrap();
+    };
+    let run = |words: &str| {
+        let run = program().current_dir(folder.path()).args(words.split(' ')).assert().success();
+        String::from_utf8(run.get_output().stderr.clone()).unwrap()
+    };
+    let extract = "extract scene.ply --cameras cameras.json -o a.bin --force";
+    let warning = "warning: no Gaussian is in view in any frame";
+    write(&[cameras(5.0), cameras(8.0)]);
+    assert!(run(extract).contains(warning));
+    assert!(run("render scene.ply --cameras cameras.json -o a.png --force").contains(warning));
+    let replay = "replay a.bin --out run --force";
+    assert!(run(replay).contains(warning));
+    assert!(!run(&format!("{replay} --quiet")).contains("warning"));
+    // One view that sees it is enough.
+    write(&[cameras(5.0), cameras(-5.0)]);
+    assert_eq!((run(extract), run(replay)), (String::new(), String::new()));
+}
+
+/// A tag goes from the model through the trace to whoever reads it.
+#[test]
+fn a_trace_says_that_its_model_is_antialiased() {
+    let folder = folder_with_a_model();
+    let scene = powergs_sim::scene::Gaussians { antialiased: true, ..sample(700, 2) };
+    std::fs::write(folder.path().join("mip.ply"), encode::ply(&scene)).unwrap();
+    for (model, is) in [("scene.ply", false), ("mip.ply", true)] {
+        let run = |words: &str| {
+            program().current_dir(folder.path()).args(words.split(' ')).assert().success()
+        };
+        run(&format!("extract {model} --orbit 1 --size 64x48 -o a.bin --force --quiet"));
+        let info = run("trace info a.bin --json");
+        let facts: Value = serde_json::from_slice(&info.get_output().stdout).unwrap();
+        assert_eq!(facts["frames"][0]["antialiased"], is);
+        let info = run("trace info a.bin");
+        let text = String::from_utf8_lossy(&info.get_output().stdout).into_owned();
+        assert_eq!(text.contains("700 Gaussians, anti-aliased"), is, "{text}");
+    }
 }

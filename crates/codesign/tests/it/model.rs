@@ -94,9 +94,10 @@ fn a_lower_degree_keeps_the_first_coefficients_of_every_channel() {
         logit_opacities: vec![0.0; 2],
         sh_degree: 2,
         sh: (0..54).map(|i| i as f32).collect(),
+        antialiased: true,
     };
     let start = point(1, FormatSpec::exact()).start(&dense);
-    assert_eq!(start.sh_degree, 1);
+    assert_eq!((start.sh_degree, start.antialiased), (1, true));
     let firsts = |channel: usize| (0..4).map(move |k| (9 * channel + k) as f32);
     assert_eq!(start.sh, (0..6).flat_map(firsts).collect::<Vec<_>>());
     assert_eq!(point(2, FormatSpec::exact()).start(&dense), dense);

@@ -18,6 +18,9 @@ pub struct Gaussians {
     pub sh_degree: u8,
     /// SH coefficients, per Gaussian `[channel][coefficient]`: `3 * (sh_degree + 1)²` floats.
     pub sh: Vec<f32>,
+    /// Whether the model was trained with the 2D filter of Mip-Splatting: it is shown with
+    /// opacities that are compensated for the low-pass of each view.
+    pub antialiased: bool,
 }
 
 impl Gaussians {
@@ -30,10 +33,12 @@ impl Gaussians {
             logit_opacities: Vec::with_capacity(count),
             sh_degree,
             sh: Vec::with_capacity(count * 3 * (sh_degree as usize + 1).pow(2)),
+            antialiased: false,
         }
     }
 
-    /// Appends `other`. The lower SH degree is raised to the higher with zeros.
+    /// Appends `other`. The lower SH degree is raised to the higher with zeros; how the model is
+    /// shown stays that of `self`.
     pub fn append(&mut self, mut other: Self) {
         let degree = self.sh_degree.max(other.sh_degree);
         self.raise_degree(degree);

@@ -4,8 +4,9 @@
 //! With δ the offset of a pixel from the splat's centre and K the conic, ln α = ln o − ½ δᵀ K δ.
 //! The gradient by the centre is K Σ s δ, by the covariance ½ K (Σ s δ δᵀ) K, by the logit
 //! opacity (1 − o) Σ s. From there the chain rule runs back through Σ2D = A Aᵀ with A = J W R S.
-//! The clamp of x/z and y/z inside J has its true derivative: none where it holds. Sixteen
-//! Gaussians at a time, of those that are seen.
+//! The clamp of x/z and y/z inside J has its true derivative: none where it holds. The opacity of
+//! an anti-aliased model has the factor √(det A Aᵀ / det Σ2D), whose derivative goes the same way.
+//! Sixteen Gaussians at a time, of those that are seen.
 
 mod harmonics;
 
@@ -46,6 +47,8 @@ pub struct Stretch<'a> {
     pub sh: &'a [f32],
     /// Degree of the spherical harmonics, 0 to 3.
     pub sh_degree: u8,
+    /// Whether the model is anti-aliased.
+    pub antialiased: bool,
 }
 
 impl<'a> Stretch<'a> {
@@ -58,6 +61,7 @@ impl<'a> Stretch<'a> {
             logit_opacities: &scene.logit_opacities,
             sh: &scene.sh,
             sh_degree: scene.sh_degree,
+            antialiased: scene.antialiased,
         }
     }
 
@@ -150,7 +154,10 @@ pub fn unproject_block<S: Simd>(
         sum[k] = f32x16::simd_from(simd, gathered[k]);
     }
     let (by_mean2, by_cov) = by_splat(&footprint.covariance(), &sum);
-    let by_axes = by_axes(&footprint, &by_cov);
+    let mut by_axes = by_axes(&footprint, &by_cov);
+    if part.antialiased {
+        through_compensation(simd, &footprint, sum[0], &mut by_axes);
+    }
     let shape = by_shape(simd, &footprint, &lanes, &by_axes);
     let mut by_camera = shape.slopes(simd, view, &footprint, &camera);
     through_mean(simd, view, &camera, &by_mean2, &mut by_camera);
@@ -250,6 +257,31 @@ fn by_axes<S: Simd>(footprint: &Footprint<S>, by_cov: &[f32x16<S>; 3]) -> [[f32x
         out[1][k] = h01.mul_add(u[k], h11 * v[k]);
     }
     out
+}
+
+/// Adds the gradient by A through ln √(det A Aᵀ / det Σ2D), whose gradient by itself is `by_log`:
+/// that of ln det M by M is its inverse.
+#[inline(always)]
+fn through_compensation<S: Simd>(
+    simd: S,
+    footprint: &Footprint<S>,
+    by_log: f32x16<S>,
+    by_axes: &mut [[f32x16<S>; 3]; 2],
+) {
+    let [u, v] = footprint.axes;
+    let [a, b, d] = footprint.covariance();
+    let spread = by_log / (a * d - b * b);
+    let n = footprint.normal();
+    let square = dot3(&n, &n);
+    // A splat without area has opacity 0, and blends nowhere.
+    let zero = f32x16::splat(simd, 0.0);
+    let own = square.simd_gt(zero).select(by_log / square, zero);
+    for k in 0..3 {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let (v_by_n, n_by_u) = (v[i] * n[j] - v[j] * n[i], n[i] * u[j] - n[j] * u[i]);
+        by_axes[0][k] += own * v_by_n - spread * (d * u[k] - b * v[k]);
+        by_axes[1][k] += own * n_by_u - spread * (a * v[k] - b * u[k]);
+    }
 }
 
 /// Gradients by the factors of A.

@@ -119,9 +119,13 @@ pub fn project_block<S: Simd>(
     ];
     let logit = lanes_of(simd, &scene.logit_opacities[range], |v| *v);
     let one = f32x16::splat(simd, 1.0);
-    let opacity = one / (one + exp(simd, -logit));
+    let mut opacity = one / (one + exp(simd, -logit));
     let mean = project_mean(simd, view, &camera);
-    let cov = Footprint::new(simd, view, &camera, &scale, &quaternion).covariance();
+    let footprint = Footprint::new(simd, view, &camera, &scale, &quaternion);
+    let cov = footprint.covariance();
+    if scene.antialiased {
+        opacity *= footprint.compensation(simd);
+    }
     let seen = in_reach(simd, &view.grid, &mean, &cov).to_bitmask() as u16 & survivors;
     let lanes = Lanes {
         depth: camera[2].into(),
@@ -136,6 +140,24 @@ pub fn project_block<S: Simd>(
         out.push(Visible { splat: lanes.splat(lane, (first + lane) as u32), colour: [0.0; 3] });
     }
     survivors
+}
+
+/// What the opacities of up to [`LANES`] Gaussians of an anti-aliased model are multiplied by in
+/// `view`, with the bits of [`project_block`].
+#[simd]
+pub fn compensations<S: Simd>(
+    simd: S,
+    scene: &Gaussians,
+    view: &View,
+    indices: &[u32],
+) -> [f32; LANES] {
+    let mean = |axis: usize| lanes_of(simd, indices, |i| scene.means[*i as usize][axis]);
+    let scale = |axis: usize| lanes_of(simd, indices, |i| scene.log_scales[*i as usize][axis]);
+    let turn = |part: usize| lanes_of(simd, indices, |i| scene.rotations[*i as usize][part]);
+    let camera = to_camera(simd, view, &[mean(0), mean(1), mean(2)]);
+    let scales = [exp(simd, scale(0)), exp(simd, scale(1)), exp(simd, scale(2))];
+    let turns = [turn(0), turn(1), turn(2), turn(3)];
+    Footprint::new(simd, view, &camera, &scales, &turns).compensation(simd).into()
 }
 
 /// Colours of up to [`LANES`] visible splats.
@@ -316,6 +338,27 @@ impl<S: Simd> Footprint<S> {
     pub(super) fn covariance(&self) -> [f32x16<S>; 3] {
         let [u, v] = self.axes;
         [dot3(&u, &u) + LOW_PASS, dot3(&u, &v), dot3(&v, &v) + LOW_PASS]
+    }
+
+    /// The vector product of the rows of A. Its square is the determinant of A Aᵀ, without the
+    /// cancellation of thin splats, and so never negative.
+    #[inline(always)]
+    pub(super) fn normal(&self) -> [f32x16<S>; 3] {
+        let [u, v] = &self.axes;
+        [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    }
+
+    /// √(det A Aᵀ / det Σ2D): how much of a splat's opacity is left when the low-pass spreads it
+    /// (Mip-Splatting). 0 for a splat without area.
+    #[inline(always)]
+    pub(super) fn compensation(&self, simd: S) -> f32x16<S> {
+        let [a, b, d] = self.covariance();
+        let n = self.normal();
+        let share = dot3(&n, &n) / (a * d - b * b);
+        // Infinite splats are not seen; what is no number must not become one.
+        let zero = f32x16::splat(simd, 0.0);
+        let one = f32x16::splat(simd, 1.0);
+        share.simd_gt(zero).select(share, zero).min(one).sqrt()
     }
 }
 

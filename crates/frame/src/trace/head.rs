@@ -62,9 +62,10 @@ const HAS_SPLIT: u8 = 1;
 const IS_TEST: u8 = 2;
 const HAS_MEAN: u8 = 4;
 const HAS_GAZE: u8 = 8;
-const HAS_EYE: u8 = 16;
-const IS_RIGHT: u8 = 32;
-const ALL_FLAGS: u8 = 63;
+const IS_ANTIALIASED: u8 = 16;
+const HAS_EYE: u8 = 32;
+const IS_RIGHT: u8 = 64;
+const ALL_FLAGS: u8 = 127;
 
 impl FrameHead {
     pub(super) fn of(frame: &Frame) -> FrameHead {
@@ -107,6 +108,9 @@ impl FrameHead {
         }
         if self.gaze.is_some() {
             flags |= HAS_GAZE;
+        }
+        if self.facts.antialiased {
+            flags |= IS_ANTIALIASED;
         }
         flags |= match self.facts.camera.eye {
             None => 0,
@@ -156,7 +160,7 @@ impl FrameHead {
         let eye = match flags & (HAS_EYE | IS_RIGHT) {
             0 => None,
             HAS_EYE => Some(Eye::Left),
-            IS_RIGHT => return Err("flag 32 of a frame needs flag 16".into()),
+            IS_RIGHT => return Err("flag 64 of a frame needs flag 32".into()),
             _ => Some(Eye::Right),
         };
         if flags > ALL_FLAGS {
@@ -176,8 +180,16 @@ impl FrameHead {
         let world_to_camera = rotation;
         let camera =
             Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split, eye };
-        let facts =
-            FrameFacts { camera, points, survivors, sh_degree, background, mean_linear_rgb };
+        let antialiased = flags & IS_ANTIALIASED != 0;
+        let facts = FrameFacts {
+            camera,
+            points,
+            survivors,
+            sh_degree,
+            antialiased,
+            background,
+            mean_linear_rgb,
+        };
         Ok(FrameHead { number, blocks, bytes, splats, gaze, facts })
     }
 }

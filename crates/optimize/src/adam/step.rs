@@ -92,16 +92,17 @@ struct Values<'a> {
     logit_opacities: &'a mut [f32],
     sh: &'a mut [f32],
     sh_degree: u8,
+    antialiased: bool,
 }
 
 /// All Gaussians, [`PART`] at a time.
 fn parts(of: &mut Gaussians) -> impl Iterator<Item = Values<'_>> {
-    let (n, sh_degree) = (3 * of.sh_coefficients(), of.sh_degree);
+    let (n, sh_degree, antialiased) = (3 * of.sh_coefficients(), of.sh_degree, of.antialiased);
     let shapes = of.means.chunks_mut(PART).zip(of.log_scales.chunks_mut(PART));
     let shapes = shapes.zip(of.rotations.chunks_mut(PART));
     let others = of.logit_opacities.chunks_mut(PART).zip(of.sh.chunks_mut(PART * n));
     shapes.zip(others).map(move |(((means, log_scales), rotations), (logit_opacities, sh))| {
-        Values { means, log_scales, rotations, logit_opacities, sh, sh_degree }
+        Values { means, log_scales, rotations, logit_opacities, sh, sh_degree, antialiased }
     })
 }
 
@@ -114,6 +115,7 @@ impl Values<'_> {
             logit_opacities: self.logit_opacities,
             sh: self.sh,
             sh_degree: self.sh_degree,
+            antialiased: self.antialiased,
         }
     }
 

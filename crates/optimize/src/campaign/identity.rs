@@ -25,6 +25,9 @@ impl Hash {
 
     fn add_scene(&mut self, scene: &Gaussians) {
         self.add(&(scene.sh_degree, scene.len()));
+        if scene.antialiased {
+            self.add(&"antialiased");
+        }
         for group in Group::ALL {
             self.0.update(bytemuck::cast_slice(group.of(scene)));
         }

@@ -9,6 +9,7 @@ use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::target::{Quality, TargetRule};
 use powergs_optimize::tune::{Check, Heat, Iteration, Model, Pace, State, Term};
+use powergs_scene::Gaussians;
 
 use super::scenes::tiny;
 
@@ -97,7 +98,9 @@ fn everything_comes_back_exactly() {
     progress.outcomes[0].lpips_test = Some(0.125);
     progress.outcomes[0].flip_test = 0.0625;
     assert_eq!(read(&bytes_of(&progress), PRINT).unwrap(), progress);
-    let (_, state) = progress.current.unwrap();
+    let (_, mut state) = progress.current.unwrap();
+    let antialiased = Gaussians { antialiased: true, ..state.model.scene };
+    state.model = Model::fresh(&antialiased);
     let store = MemoryStore::new();
     let checkpoints = Checkpoints::new(&store, PRINT);
     assert!(!checkpoints.has_run().unwrap() && checkpoints.load().unwrap().is_none());
@@ -132,8 +135,8 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(b"ply\nformat", PRINT, "not a checkpoint of an optimisation");
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
-    newer[6] = 13;
-    fails(&newer, PRINT, "checkpoint version 13, this program reads 12");
+    newer[6] = 14;
+    fails(&newer, PRINT, "checkpoint version 14, this program reads 13");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

@@ -64,8 +64,8 @@ fn every_format_reads_the_nearest_of_its_numbers() {
                 log_scales: vec![[0.0; 3]; n],
                 rotations: vec![[1.0, 0.0, 0.0, 0.0]; n],
                 logit_opacities: vec![0.0; n],
-                sh_degree: 0,
                 sh: vec![0.0; 3 * n],
+                ..Gaussians::default()
             };
             let formats = RecordFormats { position: Some(format), ..RecordFormats::default() };
             let read = formats.read(&scene);

@@ -10,7 +10,7 @@ use super::super::blend::{BATCH, Paint, Palette, Tint};
 use super::super::prepare::{in_depth_order, project_then};
 use powergs_frame::splat::Splat;
 use powergs_frame::splat::levels::LevelFilter;
-use powergs_frame::splat::project::{LANES, SH_C0, View, Visible, opacities};
+use powergs_frame::splat::project::{LANES, SH_C0, View, Visible, compensations, opacities};
 use powergs_scene::{Camera, Foveated};
 
 /// Where in `levels` of a paint its place in the list of further tints starts, bits.
@@ -43,6 +43,7 @@ struct Layers {
 /// What makes the layers of a part.
 struct Maker<'a> {
     model: &'a Foveated,
+    view: &'a View,
     filter: &'a LevelFilter,
     level: Level,
     /// Leave out splats that no tile shows.
@@ -58,8 +59,8 @@ impl LevelPaints {
         level: Level,
         only_shown: bool,
     ) -> LevelPaints {
-        let maker = Maker { model, filter, level, only_shown };
         let view = View::unclamped(camera);
+        let maker = Maker { model, view: &view, filter, level, only_shown };
         let (mut parts, mut survivor_bits) = (Vec::new(), Vec::new());
         project_then(
             &model.base,
@@ -182,8 +183,11 @@ impl Maker<'_> {
             }
             std::hint::black_box(dc);
             let [a, b, c] = logits;
-            let upper = dispatch!(self.level, simd =>
+            let mut upper = dispatch!(self.level, simd =>
                 [opacities(simd, a), opacities(simd, b), opacities(simd, c)]);
+            if self.model.base.antialiased {
+                self.compensate(visible, &mut upper);
+            }
             for (i, v) in visible.iter().enumerate() {
                 let rect = v.splat.tile_rect(&self.filter.grid);
                 let highest = self.model.highest[v.splat.index as usize];
@@ -196,6 +200,21 @@ impl Maker<'_> {
             }
         }
         out
+    }
+
+    /// Compensates the opacities of upper levels for the low-pass; those of the base are.
+    fn compensate(&self, visible: &[Visible], upper: &mut [[f32; LANES]; 3]) {
+        let mut indices = [0; LANES];
+        for (index, v) in indices.iter_mut().zip(visible) {
+            *index = v.splat.index;
+        }
+        let (scene, indices) = (&self.model.base, &indices[..visible.len()]);
+        let factors = dispatch!(self.level, simd => compensations(simd, scene, self.view, indices));
+        for opacities in upper {
+            for (opacity, factor) in opacities.iter_mut().zip(factors) {
+                *opacity *= factor;
+            }
+        }
     }
 
     /// Adds a splat that is shown in levels `lowest` to `last`.

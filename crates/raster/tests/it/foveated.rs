@@ -23,7 +23,10 @@ struct Case {
 }
 
 fn case(seed: u64, size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case {
-    let parts = levels(seed, 1500, 2, 0.7);
+    case_of(levels(seed, 1500, 2, 0.7), size, gaze, options)
+}
+
+fn case_of(parts: [Gaussians; 4], size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case {
     let model = Foveated::compose(&parts).expect("nested levels");
     let camera = front_camera(size.0, size.1);
     let gaze = gaze_at(gaze);
@@ -119,6 +122,16 @@ fn one_pass_equals_every_level_rendered_whole() {
     ] {
         case(seed, size, gaze, &options()).compare();
     }
+}
+
+#[test]
+fn levels_of_an_antialiased_model_are_compensated_alike() {
+    let mut parts = levels(5, 1500, 1, 0.7);
+    for part in &mut parts {
+        part.log_scales.as_flattened_mut().iter_mut().for_each(|s| *s -= 1.0);
+        part.antialiased = true;
+    }
+    case_of(parts, (160, 120), [0.5, 0.5], &options()).compare();
 }
 
 #[test]

@@ -102,6 +102,10 @@ pub fn project(scene: &Gaussians, camera: &Camera, i: usize, by: Option<usize>) 
     let (a, b) = (dot(axes[0], axes[0]) + 0.3, dot(axes[0], axes[1]));
     let d = dot(axes[1], axes[1]) + 0.3;
     let det = a * d - b * b;
+    let opacity = match scene.antialiased {
+        true => opacity * ((dot(axes[0], axes[0]) * dot(axes[1], axes[1]) - b * b) / det).sqrt(),
+        false => opacity,
+    };
     let length = dot(offset, offset).sqrt();
     let basis = harmonics(scene.sh_degree, offset.map(|c| c / length));
     let colour = std::array::from_fn(|c| {

@@ -97,8 +97,8 @@ fn isotropic_boxes_touch_the_right_tiles() {
         log_scales: rows::<3>(&v["scales"]).iter().map(|s| s.map(f32::ln)).collect(),
         rotations: rows(&v["quats"]),
         logit_opacities: vec![0.0; n],
-        sh_degree: 0,
         sh: vec![0.0; 3 * n],
+        ..Gaussians::default()
     };
     let tan = ["tanfovx", "tanfovy"].map(|k| v[k].as_f64().unwrap());
     let identity = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -135,6 +135,7 @@ fn spherical_harmonics_match() {
                 sh: (0..3)
                     .flat_map(|c| sh[(i * 3 + c) * 16..][..used].iter().map(|&x| x as f32))
                     .collect(),
+                antialiased: false,
             };
             let colour = colours(&scene, [0.0; 3], Level::new());
             for c in 0..3 {

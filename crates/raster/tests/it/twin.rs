@@ -31,6 +31,29 @@ fn projection_equals_the_twin() {
     }
 }
 
+/// Small splats are spread by the low-pass, and their opacity falls as the area grows; large ones
+/// stay as they are.
+#[test]
+fn opacities_of_an_antialiased_model_equal_the_twin() {
+    let mut scene = random_scene(7, 3000, 0);
+    scene.log_scales.as_flattened_mut().iter_mut().for_each(|s| *s -= 1.0);
+    scene.antialiased = true;
+    let camera = front_camera(150, 90);
+    let rendered = render(&scene, &camera, &Options::reference(Detail::Image));
+    let (mut low, mut high) = (1.0f64, 0.0f64);
+    for splat in &rendered.splats {
+        let (_, _, [a, b, d]) = naive::project(&scene, &camera, splat.index as usize);
+        let own = (a - 0.3) * (d - 0.3) - b * b;
+        let factor = (own.max(0.0) / (a * d - b * b)).sqrt();
+        let logit = f64::from(scene.logit_opacities[splat.index as usize]);
+        let want = factor / (1.0 + (-logit).exp());
+        // The twin itself loses the small difference of large numbers of thin splats.
+        assert!((f64::from(splat.opacity) - want).abs() < 2e-5, "{splat:?} {want}");
+        (low, high) = (low.min(factor), high.max(factor));
+    }
+    assert!(low < 0.05 && high > 0.9, "{low} to {high}");
+}
+
 #[test]
 fn survivors_are_those_beyond_the_near_plane() {
     let scene = random_scene(2, 999, 0);

@@ -13,10 +13,11 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DQuat, DVec3};
 
 pub use binary::read_binary;
+pub(super) use models::is_known as is_model;
 pub use text::read_text;
 
 use super::check::{Keys, checked};
-use super::{Camera, CameraError, CameraFile};
+use super::{Camera, CameraError, CameraFile, Frame, Placement};
 use models::Intrinsics;
 
 const KEYS: Keys = Keys {
@@ -41,9 +42,9 @@ fn views(
     format: &'static str,
     intrinsics: &BTreeMap<u32, Intrinsics>,
     mut images: Vec<Image>,
+    mut warnings: Vec<String>,
 ) -> Result<CameraFile, CameraError> {
     images.sort_by(|a, b| a.name.cmp(&b.name).then(a.id.cmp(&b.id)));
-    let mut warnings = Vec::new();
     for (id, camera) in intrinsics {
         if camera.lens.is_some() {
             let model = camera.model;
@@ -58,7 +59,8 @@ fn views(
     if cameras.is_empty() {
         return Err(CameraError::Empty);
     }
-    Ok(CameraFile { format, cameras, lenses, warnings })
+    let frame = Frame::Data(Placement::NONE);
+    Ok(CameraFile { format, cameras, lenses, warnings, frame })
 }
 
 fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: Image) -> Result<Camera, CameraError> {

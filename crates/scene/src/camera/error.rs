@@ -18,7 +18,8 @@ pub enum CameraError {
     /// JSON, but no known layout.
     #[error(
         "neither a list of views (INRIA `cameras.json`) nor an object with a `frames` list (NeRF \
-         `transforms.json`); give one of these, or a folder with COLMAP's `cameras` and `images`"
+         `transforms.json`) or a `camera_path` list (nerfstudio); give one of these, or a folder \
+         with COLMAP's `cameras` and `images`"
     )]
     Layout,
     /// No views.
@@ -39,8 +40,6 @@ pub enum CameraError {
     NoSize {
         /// Which view.
         view: String,
-        /// Its `file_path`.
-        file_path: String,
     },
     /// A COLMAP binary file is damaged.
     #[error("{file}, byte {offset}: {what}")]

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::check::{Keys, checked};
 use super::json::View;
-use super::{Camera, CameraError, CameraFile};
+use super::{Camera, CameraError, CameraFile, Frame};
 
 const KEYS: Keys = Keys {
     size: ["width", "height"],
@@ -23,7 +23,8 @@ pub(super) fn views(list: &[Value]) -> Result<CameraFile, CameraError> {
     let cameras =
         list.iter().enumerate().map(|(idx, value)| view(idx, value)).collect::<Result<_, _>>()?;
     let (lenses, warnings) = Default::default();
-    Ok(CameraFile { format: "INRIA cameras.json", cameras, lenses, warnings })
+    let format = "INRIA cameras.json";
+    Ok(CameraFile { format, cameras, lenses, warnings, frame: Frame::Model })
 }
 
 fn view(idx: usize, value: &Value) -> Result<Camera, CameraError> {

@@ -1,18 +1,28 @@
-//! Shared by the two JSON layouts: recognising them, and reading values with errors that name
+//! Shared by the JSON layouts: recognising them, and reading values with errors that name
 //! the view and the key.
 
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
 
 use super::check::MAX_SIZE;
-use super::{CameraError, CameraFile, Eye, Split, inria, nerf};
+use super::nerf::SizeOf;
+use super::{CameraError, CameraFile, Eye, Split, inria, nerf, nerfstudio};
 
-/// Reads a camera file in either JSON layout. `size` is the image size in pixels where the file
+/// Reads a camera file in any JSON layout. `size` is the image size in pixels where the file
 /// does not say it (`camera_angle_x` sets of Blender); it does not override what the file says.
 ///
 /// # Errors
 /// [`CameraError`]: no JSON, an unknown layout, or a value that is missing or cannot be used.
 pub fn read(text: &str, size: Option<(u32, u32)>) -> Result<CameraFile, CameraError> {
+    read_sized(text, &|_| size)
+}
+
+/// As [`read`], where every view has a size of its own: `size` is asked with the `file_path` of
+/// those that do not say it.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn read_sized(text: &str, size: &SizeOf<'_>) -> Result<CameraFile, CameraError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let value: Value = serde_json::from_str(text).map_err(|e| CameraError::Syntax {
         line: e.line(),
@@ -22,6 +32,7 @@ pub fn read(text: &str, size: Option<(u32, u32)>) -> Result<CameraFile, CameraEr
     let file = match &value {
         Value::Array(views) => inria::views(views)?,
         Value::Object(file) if file.contains_key("frames") => nerf::views(file, size)?,
+        Value::Object(file) if nerfstudio::is_path(file) => nerfstudio::path(file)?,
         _ => return Err(CameraError::Layout),
     };
     if file.cameras.is_empty() { Err(CameraError::Empty) } else { Ok(file) }
@@ -55,6 +66,19 @@ impl<'a> View<'a> {
             None => label,
         };
         Ok(Self { label, own, file })
+    }
+
+    /// The keys of a whole file, called `label` in messages.
+    pub(crate) fn whole(value: &'a Value, label: &str) -> Result<Self, CameraError> {
+        let Value::Object(own) = value else {
+            return Err(CameraError::Layout);
+        };
+        Ok(Self { label: label.to_owned(), own, file: None })
+    }
+
+    /// Whether there is something at `key`.
+    pub(crate) fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
     }
 
     fn get(&self, key: &str) -> Option<&'a Value> {
@@ -153,6 +177,24 @@ impl<'a> View<'a> {
         let rows = self.list(key)?;
         let row = |i| self.row::<3>(key, rows, i).map(DVec3::from_array);
         Ok(DMat3::from_cols(row(0)?, row(1)?, row(2)?).transpose())
+    }
+
+    /// Rotation and translation of the 4x4 matrix at `key`, sixteen numbers row by row.
+    pub(crate) fn square(&self, key: &'static str) -> Result<(DMat3, DVec3), CameraError> {
+        let list = self.list(key)?;
+        if list.first().is_some_and(Value::is_array) {
+            return self.transform(key);
+        }
+        let numbers: Vec<f64> = list.iter().filter_map(Value::as_f64).collect();
+        let (rows, rest) = numbers.as_chunks::<4>();
+        let &[a, b, c, [0.0, 0.0, 0.0, 1.0]] = rows else {
+            return Err(self.fault(key, "must be sixteen numbers, the last four 0 0 0 1"));
+        };
+        if !rest.is_empty() || list.len() != 16 {
+            return Err(self.fault(key, "must be sixteen numbers, the last four 0 0 0 1"));
+        }
+        let axis = |k: usize| DVec3::new(a[k], b[k], c[k]);
+        Ok((DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3)))
     }
 
     /// Rotation and translation of the 3x4 or 4x4 matrix at `key`, a list of rows.

@@ -32,6 +32,25 @@ pub enum Lens {
     Fisheye([f64; 4]),
     /// Radii in proportion to angles, ω radians wide. FOV.
     FieldOfView(f64),
+    /// A ray is at its place in the photo over 1 + k r², with r the radius there. SIMPLE_DIVISION
+    /// and DIVISION.
+    Division(f64),
+    /// The enhanced unified model. EUCM.
+    Unified {
+        /// α, 0 for a pinhole.
+        alpha: f64,
+        /// β.
+        beta: f64,
+    },
+    /// Project Aria's Fisheye624. RAD_TAN_THIN_PRISM_FISHEYE.
+    RadTanThinPrism {
+        /// k0 to k5.
+        radial: [f64; 6],
+        /// p0 and p1.
+        tangential: [f64; 2],
+        /// s0 to s3.
+        prism: [f64; 4],
+    },
     /// [`Lens::Rational`] without a denominator on top of a fisheye. THIN_PRISM_FISHEYE.
     ThinPrism {
         /// k1 to k4.
@@ -51,7 +70,9 @@ impl Lens {
                 radial.iter().chain(tangential).all(|k| *k == 0.0)
             }
             Lens::FieldOfView(omega) => *omega == 0.0,
-            Lens::Fisheye(_) | Lens::ThinPrism { .. } => false,
+            Lens::Division(k) => *k == 0.0,
+            Lens::Unified { alpha, .. } => *alpha == 0.0,
+            Lens::Fisheye(_) | Lens::ThinPrism { .. } | Lens::RadTanThinPrism { .. } => false,
         }
     }
 
@@ -79,6 +100,26 @@ impl Lens {
                 };
                 [x * factor, y * factor]
             }
+            Lens::Division(k) => {
+                // Beyond the last ray that the lens takes in there is no number.
+                let factor = 2.0 / (1.0 + (1.0 - 4.0 * k * r2).sqrt());
+                [x * factor, y * factor]
+            }
+            Lens::Unified { alpha, beta } => {
+                let depth = alpha * (beta * r2 + 1.0).sqrt() + 1.0 - alpha;
+                [x / depth, y / depth]
+            }
+            Lens::RadTanThinPrism { radial, tangential: [p0, p1], prism: [s0, s1, s2, s3] } => {
+                let factor = per_radius(r2, |theta| {
+                    let t2 = theta * theta;
+                    theta * (1.0 + t2 * radial.iter().rev().fold(0.0, |sum, k| sum * t2 + k))
+                });
+                let ray = [x * factor, y * factor];
+                let r2 = ray[0] * ray[0] + ray[1] * ray[1];
+                let shift = off_axis(ray, r2, [*p1, *p0]);
+                let prism = [r2 * (s0 + s1 * r2), r2 * (s2 + s3 * r2)];
+                std::array::from_fn(|i| ray[i] + shift[i] + prism[i])
+            }
             Lens::ThinPrism { radial, tangential, prism } => {
                 let factor = per_radius(r2, |theta| theta);
                 let ray = [x * factor, y * factor];
@@ -98,7 +139,13 @@ impl Lens {
             Lens::ThinPrism { radial, .. } => {
                 Lens::ThinPrism { radial, tangential: [0.0; 2], prism: [0.0; 2] }
             }
-            lens @ (Lens::Fisheye(_) | Lens::FieldOfView(_)) => lens,
+            Lens::RadTanThinPrism { radial, .. } => {
+                Lens::RadTanThinPrism { radial, tangential: [0.0; 2], prism: [0.0; 4] }
+            }
+            lens @ (Lens::Fisheye(_)
+            | Lens::FieldOfView(_)
+            | Lens::Division(_)
+            | Lens::Unified { .. }) => lens,
         };
         let (mut last, mut reach) = (0.0, 0.0);
         for step in 1..=STEPS {

@@ -4,6 +4,7 @@
 //! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Coefficients of
 //! a lens are OpenCV's; `is_fisheye` or a `camera_model` with FISHEYE in its name makes k1 to k4
 //! those of a fisheye. Views are pinhole, and a warning says so where the lens bends anything.
+//! A `camera_model` that is neither a pinhole nor a lens, such as a panorama, is refused.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +14,7 @@ use serde_json::{Map, Value};
 use super::check::{Keys, checked};
 use super::json::View;
 use super::lens::Lens;
-use super::{Camera, CameraError, CameraFile};
+use super::{Camera, CameraError, CameraFile, Frame, Placement, colmap};
 
 const KEYS: Keys = Keys {
     size: ["w", "h"],
@@ -26,10 +27,13 @@ const KEYS: Keys = Keys {
 /// Distortion coefficients of instant-ngp and nerfstudio.
 const DISTORTION: [&str; 8] = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"];
 
+/// The image size of a view of which the file does not say it, by its `file_path`; pixels.
+pub type SizeOf<'a> = dyn Fn(&str) -> Option<(u32, u32)> + 'a;
+
 /// The views of the file, in its order.
 pub(super) fn views(
     file: &Map<String, Value>,
-    size: Option<(u32, u32)>,
+    size: &SizeOf<'_>,
 ) -> Result<CameraFile, CameraError> {
     let Some(Value::Array(frames)) = file.get("frames") else { return Err(CameraError::Layout) };
     let (mut distorted, mut lenses) = (BTreeSet::new(), BTreeMap::new());
@@ -48,7 +52,9 @@ pub(super) fn views(
         let keys = distorted.into_iter().collect::<Vec<_>>().join(", ");
         warnings.push(format!("lens distortion ({keys}) is ignored: views are rendered pinhole"));
     }
-    Ok(CameraFile { format: "NeRF transforms.json", cameras, lenses, warnings })
+    let frame = Frame::Data(Placement::applied(&Value::Object(file.clone()))?);
+    let format = "NeRF transforms.json";
+    Ok(CameraFile { format, cameras, lenses, warnings, frame })
 }
 
 /// The lens of a view that bends rays, and the keys that say so.
@@ -59,6 +65,9 @@ fn lens(view: &View<'_>) -> Result<Option<(Lens, Vec<&'static str>)>, CameraErro
     }
     let [k1, k2, k3, k4, k5, k6, p1, p2] = values;
     let model = view.text("camera_model")?;
+    if let Some(name) = model.filter(|name| !is_lens(name)) {
+        return Err(view.fault("camera_model", no_pinhole(name)));
+    }
     let is_fisheye = model.is_some_and(|m| m.contains("FISHEYE")) || view.flag("is_fisheye")?;
     let lens = match is_fisheye {
         true => Lens::Fisheye([k1, k2, k3, k4]),
@@ -70,19 +79,37 @@ fn lens(view: &View<'_>) -> Result<Option<(Lens, Vec<&'static str>)>, CameraErro
     Ok((!lens.is_straight()).then_some((lens, keys)))
 }
 
-fn camera(idx: usize, view: &View<'_>, size: Option<(u32, u32)>) -> Result<Camera, CameraError> {
+/// Whether a camera of this model sees as a pinhole does, through a lens perhaps.
+fn is_lens(name: &str) -> bool {
+    name.contains("FISHEYE") || name.eq_ignore_ascii_case("perspective") || colmap::is_model(name)
+}
+
+/// What is wrong with a kind of camera that is no pinhole.
+pub(super) fn no_pinhole(name: &str) -> String {
+    format!(
+        "`{}` is neither a pinhole nor a lens that is known here; cut pinhole views out of a \
+         panorama, and give the model and coefficients of a lens",
+        name.chars().take(80).collect::<String>()
+    )
+}
+
+/// From the rotation of a camera in OpenGL axes.
+pub(super) fn world_to_camera(rotation: DMat3) -> DMat3 {
+    (rotation * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))).transpose()
+}
+
+fn camera(idx: usize, view: &View<'_>, size: &SizeOf<'_>) -> Result<Camera, CameraError> {
     let path = view.text("file_path")?;
-    let (width, height) = match (view.pixels("w")?, view.pixels("h")?, size) {
-        (Some(w), Some(h), _) => (w, h),
-        (_, _, Some(size)) => size,
-        (_, _, None) => {
-            let file_path = path.unwrap_or_default().to_string();
-            return Err(CameraError::NoSize { view: view.label.clone(), file_path });
+    let asked = || size(path.unwrap_or_default());
+    let (width, height) = match (view.pixels("w")?, view.pixels("h")?) {
+        (Some(w), Some(h)) => (w, h),
+        _ => {
+            let none = || CameraError::NoSize { view: view.label.clone() };
+            asked().ok_or_else(none)?
         }
     };
     let (fx, fy) = focal(view, width, height)?;
     let (rotation, centre) = view.transform("transform_matrix")?;
-    let opencv_to_opengl = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     let camera = Camera {
         name: path.map_or_else(|| format!("view_{idx:03}"), file_name),
         width,
@@ -91,7 +118,7 @@ fn camera(idx: usize, view: &View<'_>, size: Option<(u32, u32)>) -> Result<Camer
         fy,
         cx: view.number("cx")?.unwrap_or(0.5 * f64::from(width)),
         cy: view.number("cy")?.unwrap_or(0.5 * f64::from(height)),
-        world_to_camera: (rotation * opencv_to_opengl).transpose(),
+        world_to_camera: world_to_camera(rotation),
         centre,
         split: view.split()?,
         eye: view.eye()?,

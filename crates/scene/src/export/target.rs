@@ -15,6 +15,12 @@ pub enum Target {
     CompressedPly,
     /// Niantic SPZ, version 3.
     Spz,
+    /// glTF with `KHR_gaussian_splatting`, its numbers in it as text.
+    Gltf,
+    /// The same, binary.
+    Glb,
+    /// Binary glTF with an SPZ file in it.
+    GlbSpz,
     /// PlayCanvas SOG, version 2, in a zip archive.
     Sog,
     /// PlayCanvas SOG, version 2, as a folder of pictures and `meta.json`.
@@ -23,8 +29,16 @@ pub enum Target {
 
 impl Target {
     /// All of them.
-    pub const ALL: [Target; 5] =
-        [Target::Ply, Target::CompressedPly, Target::Spz, Target::Sog, Target::SogFolder];
+    pub const ALL: [Target; 8] = [
+        Target::Ply,
+        Target::CompressedPly,
+        Target::Spz,
+        Target::Gltf,
+        Target::Glb,
+        Target::GlbSpz,
+        Target::Sog,
+        Target::SogFolder,
+    ];
 
     /// A short name, as on the command line.
     pub const fn name(self) -> &'static str {
@@ -32,6 +46,9 @@ impl Target {
             Target::Ply => "ply",
             Target::CompressedPly => "compressed-ply",
             Target::Spz => "spz",
+            Target::Gltf => "gltf",
+            Target::Glb => "glb",
+            Target::GlbSpz => "glb-spz",
             Target::Sog => "sog",
             Target::SogFolder => "sog-folder",
         }
@@ -43,7 +60,7 @@ impl Target {
     }
 
     /// The format that the name of a file says, small letters or capitals: `.compressed.ply`,
-    /// `.ply`, `.spz`, `.sog`, and `meta.json` for a folder.
+    /// `.ply`, `.spz`, `.gltf`, `.glb`, `.sog`, and `meta.json` for a folder.
     pub fn of_file_name(name: &str) -> Option<Target> {
         let name = name.to_ascii_lowercase();
         let ends = |end: &str| name.ends_with(end);
@@ -53,6 +70,10 @@ impl Target {
             Some(Target::Ply)
         } else if ends(".spz") {
             Some(Target::Spz)
+        } else if ends(".gltf") {
+            Some(Target::Gltf)
+        } else if ends(".glb") {
+            Some(Target::Glb)
         } else if ends(".sog") {
             Some(Target::Sog)
         } else if name == "meta.json" {
@@ -66,8 +87,8 @@ impl Target {
     /// other readers of SPZ refuse more.
     pub const fn most(self) -> u64 {
         match self {
-            Target::Ply | Target::CompressedPly => MAX_GAUSSIANS,
-            Target::Spz => SPZ_GAUSSIANS,
+            Target::Ply | Target::CompressedPly | Target::Gltf | Target::Glb => MAX_GAUSSIANS,
+            Target::Spz | Target::GlbSpz => SPZ_GAUSSIANS,
             Target::Sog | Target::SogFolder => (WEBP_SIDE as u64).pow(2),
         }
     }

@@ -1,4 +1,5 @@
-//! Models: a file, a folder with `meta.json` or `lod-meta.json`, or such an index itself.
+//! Models: a file, a folder with an index (`meta.json`, `lod-meta.json`) or with what a trainer
+//! leaves in it, or such an index itself.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -8,8 +9,11 @@ use super::super::foveated::MAGIC;
 use super::super::{Folder, Foveated, Gaussians, Input, SceneError, Warning, read};
 use super::{FileError, at, other};
 
-/// Names of index files in a folder, in the order in which they are looked for.
-const INDICES: [&str; 2] = ["lod-meta.json", "meta.json"];
+/// Names of models in a folder, in the order in which they are looked for: indices of SOG, what
+/// INRIA's trainer writes, what nerfstudio exports.
+const NAMES: [&str; 4] = ["lod-meta.json", "meta.json", "point_cloud.ply", "splat.ply"];
+/// Where INRIA's trainer keeps the models of a run, a folder for each iteration.
+const ITERATIONS: [&str; 2] = ["point_cloud", "."];
 
 /// A model that was read from a file.
 #[derive(Debug, Clone)]
@@ -29,7 +33,7 @@ pub struct OpenedModel {
 /// # Errors
 /// [`FileError`]: it cannot be read, is no model or is damaged, or has no such detail.
 pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileError> {
-    let path = if path.is_dir() { index_of(path)? } else { path.to_path_buf() };
+    let path = if path.is_dir() { model_in(path)? } else { path.to_path_buf() };
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
     let folder = Disk(parent.unwrap_or(Path::new(".")).to_path_buf());
     let shown = path.display();
@@ -67,10 +71,28 @@ pub fn is_foveated(path: &Path) -> bool {
     read.is_ok() && head == MAGIC
 }
 
-fn index_of(folder: &Path) -> Result<PathBuf, FileError> {
-    let found = INDICES.iter().map(|name| folder.join(name)).find(|path| path.is_file());
-    let what = "a folder without meta.json or lod-meta.json; give the file of the scene";
-    found.ok_or_else(|| other(folder.display(), what))
+/// The model that a folder is for: its own, or that of the last iteration of a run.
+fn model_in(folder: &Path) -> Result<PathBuf, FileError> {
+    let own = |folder: &Path| NAMES.iter().map(|name| folder.join(name)).find(|p| p.is_file());
+    let last = || ITERATIONS.iter().find_map(|name| last_iteration(&folder.join(name)));
+    let what = "a folder without a model that is known by its name (meta.json, lod-meta.json, \
+                point_cloud.ply, splat.ply, point_cloud/iteration_*/point_cloud.ply); give the \
+                file of the scene";
+    own(folder)
+        .or_else(|| last().as_deref().and_then(own))
+        .ok_or_else(|| other(folder.display(), what))
+}
+
+/// The folder of the highest iteration that has a model.
+fn last_iteration(folder: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok()?;
+    let iteration = |path: PathBuf| {
+        let name = path.file_name()?.to_str()?;
+        let number: u64 = name.strip_prefix("iteration_")?.parse().ok()?;
+        path.join("point_cloud.ply").is_file().then_some((number, path))
+    };
+    let iterations = entries.filter_map(|entry| iteration(entry.ok()?.path()));
+    iterations.max().map(|(_, path)| path)
 }
 
 /// A folder on disk.

@@ -24,6 +24,15 @@ pub enum ComposeError {
         /// That of level 1.
         expected: u8,
     },
+    /// A level that is shown in another way.
+    #[error(
+        "one of levels 1 and {level} is an anti-aliased model and the other is not: they do not \
+         belong together"
+    )]
+    Kind {
+        /// From 1.
+        level: usize,
+    },
     /// A Gaussian that the level before does not have.
     #[error(
         "Gaussian {index} of level {level} is not in level {before}{why}; a level is a part of \
@@ -57,6 +66,9 @@ impl Foveated {
             let (found, expected) = (scene.sh_degree, base.sh_degree);
             if found != expected {
                 return Err(ComposeError::Degree { level, found, expected });
+            }
+            if scene.antialiased != base.antialiased {
+                return Err(ComposeError::Kind { level });
             }
         }
         // Positions in level 1 of the Gaussians of the level before.

@@ -34,8 +34,8 @@ impl Foveated {
     /// # Errors
     /// Those of `out`.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        out.write_all(&head(self.len() as u64, self.base.sh_degree))?;
         let base = &self.base;
+        out.write_all(&head(self.len() as u64, base.sh_degree, base.antialiased))?;
         column(out, base.means.as_flattened().iter().copied())?;
         column(out, base.log_scales.as_flattened().iter().copied())?;
         column(out, base.rotations.as_flattened().iter().copied())?;
@@ -61,7 +61,7 @@ impl Foveated {
     /// that does not hold, values that no model has: each with its column and entry.
     pub fn read(input: Input<'_>) -> Result<Foveated, SceneError> {
         let Input { mut reader, len } = input;
-        let (count, degree) = read_head(&mut reader)?;
+        let Head { count, degree, antialiased } = read_head(&mut reader)?;
         // Refused before anything is allocated.
         let least = file_bytes(count, degree, 0);
         let bound = if least <= u128::from(len) { u64::MAX } else { 0 };
@@ -89,8 +89,15 @@ impl Foveated {
         }
         let sh = interleaved(&first, &shared, rest / 3);
         let logit_opacities = first.iter().map(|p| p.logit_opacity).collect();
-        let base =
-            Gaussians { means, log_scales, rotations, logit_opacities, sh_degree: degree, sh };
+        let base = Gaussians {
+            means,
+            log_scales,
+            rotations,
+            logit_opacities,
+            sh_degree: degree,
+            sh,
+            antialiased,
+        };
         let model = Foveated { base, highest, paints };
         model.check()?;
         Ok(model)
@@ -121,7 +128,14 @@ impl Foveated {
     }
 }
 
-fn head(count: u64, degree: u8) -> [u8; HEAD] {
+/// What stands before the columns.
+struct Head {
+    count: u64,
+    degree: u8,
+    antialiased: bool,
+}
+
+fn head(count: u64, degree: u8, antialiased: bool) -> [u8; HEAD] {
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
     head[8..10].copy_from_slice(&VERSION.0.to_le_bytes());
@@ -129,13 +143,13 @@ fn head(count: u64, degree: u8) -> [u8; HEAD] {
     head[12..20].copy_from_slice(&count.to_le_bytes());
     head[20] = degree;
     head[21] = Foveated::LEVELS as u8;
+    head[22] = u8::from(antialiased);
     let crc = crc32fast::hash(&head[..28]);
     head[28..].copy_from_slice(&crc.to_le_bytes());
     head
 }
 
-/// Gaussians and SH degree.
-fn read_head(reader: &mut impl Read) -> Result<(u64, u8), SceneError> {
+fn read_head(reader: &mut impl Read) -> Result<Head, SceneError> {
     let mut bytes = [0; HEAD];
     fill(reader, "header of the foveated model", &mut bytes)?;
     let malformed =
@@ -156,12 +170,15 @@ fn read_head(reader: &mut impl Read) -> Result<(u64, u8), SceneError> {
         return malformed("its checksum is wrong".into(), DAMAGED);
     }
     let count = bytes[12..20].try_into().map_or(0, u64::from_le_bytes);
-    let (degree, levels, reserved) = (bytes[20], bytes[21], &bytes[22..28]);
-    if degree > 3 || usize::from(levels) != Foveated::LEVELS || reserved.iter().any(|&b| b != 0) {
+    let (degree, levels, antialiased) = (bytes[20], bytes[21], bytes[22]);
+    if degree > 3 || usize::from(levels) != Foveated::LEVELS {
         let what = format!("SH degree {degree} and {levels} levels; 0 to 3 and 4 are known");
         return malformed(what, DAMAGED);
     }
-    Ok((count, degree))
+    if antialiased > 1 || bytes[23..28].iter().any(|&b| b != 0) {
+        return malformed("it has features that are not known".into(), DAMAGED);
+    }
+    Ok(Head { count, degree, antialiased: antialiased == 1 })
 }
 
 /// Writes floats and their checksum.

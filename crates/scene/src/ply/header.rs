@@ -90,17 +90,48 @@ impl Element {
     }
 }
 
+/// How a comment says that a model is to be shown.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Mode {
+    #[default]
+    Plain,
+    /// Mip-Splatting.
+    Antialiased,
+    /// 2D Gaussian Splatting.
+    Flat,
+}
+
+impl Mode {
+    /// Brush writes `SplatRenderMode: mip`, and so do the converters; Postshot `antialiased 1`.
+    fn parse(comment: &[&str]) -> Option<Self> {
+        let words: Vec<String> = comment.iter().map(|word| word.to_ascii_lowercase()).collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        match words.as_slice() {
+            ["splatrendermode:", "mip"] | ["antialiased", "1"] => Some(Self::Antialiased),
+            ["splatrendermode:", "2dgs"] => Some(Self::Flat),
+            ["splatrendermode:", _] | ["antialiased", "0"] => Some(Self::Plain),
+            _ => None,
+        }
+    }
+}
+
+/// The comment that [`Mode::parse`] takes for an anti-aliased model.
+pub(super) const ANTIALIASED: &str = "comment SplatRenderMode: mip";
+
 /// The whole header.
 #[derive(Debug, Clone)]
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
+    /// What the last comment says that says it.
+    pub mode: Mode,
 }
 
 /// Reads up to and including the `end_header` line.
 pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
+    let mut mode = Mode::default();
     for number in 1..=MAX_LINES {
         let line = header_line(source, number)?;
         let wrong = |what: String| {
@@ -108,7 +139,8 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
         };
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
-            [] | ["ply"] | ["comment" | "obj_info", ..] => {}
+            ["comment", comment @ ..] => mode = Mode::parse(comment).unwrap_or(mode),
+            [] | ["ply"] | ["obj_info", ..] => {}
             ["format", name, "1.0"] => match parse_encoding(name) {
                 Some(known) => encoding = Some(known),
                 None => return wrong(format!("unknown format {:?}", clip(name))),
@@ -123,7 +155,7 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
                 (Some(property), Some(element)) => element.properties.push(property),
                 _ => return wrong(format!("{:?} is not a property of an element", clip(&line))),
             },
-            ["end_header"] => return finish(encoding, elements),
+            ["end_header"] => return finish(encoding, elements, mode),
             _ => return wrong(format!("{:?} is not understood", clip(&line))),
         }
     }
@@ -131,9 +163,13 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
     Err(SceneError::malformed("PLY header", what, DAMAGED))
 }
 
-fn finish(encoding: Option<Encoding>, elements: Vec<Element>) -> Result<Header, SceneError> {
+fn finish(
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    mode: Mode,
+) -> Result<Header, SceneError> {
     match encoding {
-        Some(encoding) => Ok(Header { encoding, elements }),
+        Some(encoding) => Ok(Header { encoding, elements, mode }),
         None => Err(SceneError::malformed("PLY header", "no format line", DAMAGED)),
     }
 }

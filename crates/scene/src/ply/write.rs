@@ -4,13 +4,14 @@ use std::io::{self, Write};
 
 use super::super::Gaussians;
 use super::super::convert::rest_of;
+use super::header::ANTIALIASED;
 
 /// Gaussians that are encoded before they are written.
 const BLOCK: usize = 1024;
 
 /// Writes `scene` as binary little-endian PLY in INRIA's layout: means, normals (zero), `f_dc`,
 /// `f_rest` (channel-major), opacity, scales, rotation, all raw; 62 properties at degree 3. Reading
-/// it back gives the same bits.
+/// it back gives the same bits. A comment says that a model is anti-aliased.
 ///
 /// # Errors
 /// Those of `out`.
@@ -39,7 +40,11 @@ pub fn write(scene: &Gaussians, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn write_header(scene: &Gaussians, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {}", scene.len())?;
+    writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+    if scene.antialiased {
+        writeln!(out, "{ANTIALIASED}")?;
+    }
+    writeln!(out, "element vertex {}", scene.len())?;
     let rest = (0..3 * rest_of(scene.sh_degree)).map(|i| format!("f_rest_{i}"));
     let before = ["x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2"];
     let after = ["opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"];

@@ -6,6 +6,7 @@ use std::io::{self, Cursor, Read};
 use zip::ZipArchive;
 
 use super::super::error::{DAMAGED, SceneError};
+use super::super::foreign;
 use super::super::input::{Folder, Input};
 
 /// Members hold images that do not deflate any further, and one JSON file.
@@ -24,15 +25,19 @@ impl<'a> Bundle<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, SceneError> {
         let wrong = |what: String| SceneError::malformed("zip archive", what, DAMAGED);
         let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
-        let mut indices: Vec<String> = (0..archive.len())
+        let names: Vec<String> = (0..archive.len())
             .filter_map(|i| archive.name_for_index(i).and_then(Result::ok))
-            .filter(|name| name == "meta.json" || name.ends_with("/meta.json"))
             .map(|name| name.into_owned())
             .collect();
-        indices.sort_by_key(|name| (name.matches('/').count(), name.clone()));
+        let mut indices: Vec<&String> = names
+            .iter()
+            .filter(|name| *name == "meta.json" || name.ends_with("/meta.json"))
+            .collect();
+        indices.sort_by_key(|name| (name.matches('/').count(), *name));
         match indices.into_iter().next() {
-            Some(index) => Ok(Self { archive: RefCell::new(archive), index }),
-            None => Err(wrong("no meta.json inside; this is not a SOG bundle".into())),
+            Some(index) => Ok(Self { archive: RefCell::new(archive), index: index.clone() }),
+            None => Err(foreign::by_members(names.iter().map(String::as_str))
+                .unwrap_or_else(|| wrong("no meta.json inside; this is not a SOG bundle".into()))),
         }
     }
 

@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::super::Gaussians;
 use super::super::error::{DAMAGED, SceneError};
 use super::super::input::{check_count, clip, slurp};
 use super::super::read::{Format, Model};
+use super::super::{Gaussians, Warning};
 use super::{MAX_INDEX, object, read_model};
 
 #[derive(Deserialize)]
@@ -46,7 +46,9 @@ pub(super) fn read(
     collect(&index.tree, &lod.to_string(), &mut files)?;
     let mut names = BTreeSet::new();
     let mut scene = Gaussians::default();
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<Warning> = Vec::new();
+    // Parts of different kinds are shown as usual.
+    let mut antialiased = true;
     for file in files {
         let name = index.filenames.get(file).ok_or_else(|| {
             let what = format!("file {file} of a list of {}", index.filenames.len());
@@ -61,11 +63,17 @@ pub(super) fn read(
             let inner = path.rfind('/').map_or("", |slash| &path[..=slash]);
             read_model(folder, inner, object(&bytes)?)
         });
-        let mut part = part.map_err(|e| inside(name, e))?;
+        let part = part.map_err(|e| inside(name, e))?;
+        antialiased &= part.gaussians.antialiased;
         scene.append(part.gaussians);
-        warnings.append(&mut part.warnings);
+        for warning in part.warnings {
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
     }
     check_count("lod-meta.json", scene.len() as u64, u64::MAX)?;
+    scene.antialiased = antialiased;
     Ok(Model { gaussians: scene, format: Format::StreamedSog, warnings })
 }
 

@@ -14,6 +14,8 @@ pub(super) struct Meta {
     pub version: u8,
     /// Gaussians, as the file claims.
     pub count: u64,
+    /// `antialiased` or `2dgs`, where the model is not a usual one.
+    pub model: Option<String>,
     /// Minima and maxima of the positions, in the logarithmic space.
     pub means: [[f64; 3]; 2],
     /// Logarithmic scales.
@@ -30,6 +32,7 @@ pub(super) struct Meta {
 struct RawMeta {
     version: Option<u64>,
     count: Option<u64>,
+    model: Option<String>,
     means: Part,
     scales: Part,
     quats: Part,
@@ -87,7 +90,17 @@ impl Meta {
         };
         let scales = raw.scales.tables("scales", version)?;
         let files = raw.take_files()?;
-        Ok(Self { version, count, means, scales, sh0: [red, green, blue, opacity], sh_n, files })
+        let model = raw.model;
+        Ok(Self {
+            version,
+            count,
+            model,
+            means,
+            scales,
+            sh0: [red, green, blue, opacity],
+            sh_n,
+            files,
+        })
     }
 }
 

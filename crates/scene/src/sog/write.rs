@@ -67,6 +67,9 @@ pub(in super::super) fn write(scene: &Gaussians) -> io::Result<(Files, Clamped)>
         "quats": { "files": [QUATERNIONS] },
         "sh0": { "codebook": dc.json(), "files": [SH0] },
     });
+    if scene.antialiased {
+        meta["model"] = json!("antialiased");
+    }
     let mut pictures = vec![
         picture(MEANS[0], low),
         picture(MEANS[1], high),

@@ -13,9 +13,9 @@ use super::super::Gaussians;
 use super::super::convert::{opacities_beyond_bytes, opacity_byte, rest_of};
 use super::super::export::{Clamped, ExportError};
 use super::super::smallest_three::{SmallestThree, encode};
-use super::MAGIC;
 use super::attributes::{Attribute, COLOUR_SCALE, component};
 use super::axes::Axes;
+use super::{FLAG_ANTIALIASED, MAGIC};
 
 const VERSION: u32 = 3;
 /// The largest coordinate in units of its last bit.
@@ -37,8 +37,8 @@ pub(in super::super) fn write(scene: &Gaussians) -> Result<(Vec<u8>, Clamped), E
     stream.write_all(MAGIC)?;
     stream.write_all(&VERSION.to_le_bytes())?;
     stream.write_all(&(scene.len() as u32).to_le_bytes())?;
-    // No flag: whether a model was trained with anti-aliasing is not known here.
-    stream.write_all(&[scene.sh_degree, bits, 0, 0])?;
+    let flags = if scene.antialiased { FLAG_ANTIALIASED } else { 0 };
+    stream.write_all(&[scene.sh_degree, bits, flags, 0])?;
     for attribute in Attribute::ALL {
         stream.write_all(&packed(attribute, &turned, bits, &mut clamped))?;
     }

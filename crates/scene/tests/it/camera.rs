@@ -3,6 +3,7 @@
 mod edit;
 mod hostile;
 mod lens;
+mod nerfstudio;
 mod readers;
 
 use powergs_scene::Camera;

@@ -1,6 +1,7 @@
 //! Writers of models: what they hold, what they refuse, and that both are said.
 
 mod compressed_ply;
+mod gltf;
 mod hostile;
 mod laws;
 mod real;

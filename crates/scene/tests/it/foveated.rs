@@ -24,7 +24,8 @@ fn seal(bytes: &mut [u8], column: usize, len: usize) {
 #[test]
 fn composed_written_read_and_taken_apart() {
     for degree in 0..=3 {
-        let parts = levels(u64::from(degree), 40, degree, 0.6);
+        let mut parts = levels(u64::from(degree), 40, degree, 0.6);
+        parts.iter_mut().for_each(|part| part.antialiased = degree == 1);
         let model = Foveated::compose(&parts).expect("nested levels");
         let again = parse(&file(&model)).expect("a file");
         assert_eq!(again, model);
@@ -54,6 +55,8 @@ fn levels_that_do_not_belong_together() {
     let moved = refused(&|p| p[2].means[3][0] += 1e-6);
     let at_three = ComposeError::NotNested { level: 3, index: 3, before: 2, why: "" };
     assert_eq!(moved, at_three);
+    let kind = refused(&|p| p[3].antialiased = true);
+    assert_eq!(kind, ComposeError::Kind { level: 4 });
     let tinted = refused(&|p| p[1].sh[1] = 9.0);
     assert!(matches!(tinted, ComposeError::NotNested { level: 2, index: 0, .. }), "{tinted}");
     let shuffled = refused(&|p| {

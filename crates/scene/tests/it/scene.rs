@@ -1,6 +1,7 @@
 //! Scene files: readers against writers, against real data, and against hostile bytes.
 
 mod hostile;
+mod kinds;
 mod layouts;
 mod round_trip;
 

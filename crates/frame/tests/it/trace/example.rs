@@ -25,6 +25,7 @@ fn example() -> Vec<u8> {
             points: 2,
             survivors: 1,
             sh_degree: Some(ShDegree::ZERO),
+            antialiased: false,
             background: [0.0; 3],
             mean_linear_rgb: None,
         },

@@ -22,7 +22,7 @@ const POINT_BYTES: u64 = 24;
 pub fn read_binary(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
     let cameras = read_cameras(Source { reader: cameras, file: "cameras.bin", offset: 0 })?;
     let images = read_images(Source { reader: images, file: "images.bin", offset: 0 })?;
-    views("COLMAP binary", &cameras, images)
+    views("COLMAP binary", &cameras, images, Vec::new())
 }
 
 fn read_cameras<R: BufRead>(

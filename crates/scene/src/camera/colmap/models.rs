@@ -15,7 +15,7 @@ struct Model {
 }
 
 #[rustfmt::skip]
-const MODELS: [Model; 11] = [
+const MODELS: [Model; 17] = [
     Model { id: 0, name: "SIMPLE_PINHOLE", parameters: 3, one_focal: true, lens: radial },
     Model { id: 1, name: "PINHOLE", parameters: 4, one_focal: false, lens: radial },
     Model { id: 2, name: "SIMPLE_RADIAL", parameters: 4, one_focal: true, lens: radial },
@@ -27,10 +27,20 @@ const MODELS: [Model; 11] = [
     Model { id: 8, name: "SIMPLE_RADIAL_FISHEYE", parameters: 4, one_focal: true, lens: fisheye },
     Model { id: 9, name: "RADIAL_FISHEYE", parameters: 5, one_focal: true, lens: fisheye },
     Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, lens: prism },
+    Model {
+        id: 11, name: "RAD_TAN_THIN_PRISM_FISHEYE", parameters: 16, one_focal: false, lens: aria,
+    },
+    Model { id: 12, name: "SIMPLE_DIVISION", parameters: 4, one_focal: true, lens: division },
+    Model { id: 13, name: "DIVISION", parameters: 5, one_focal: false, lens: division },
+    Model { id: 14, name: "SIMPLE_FISHEYE", parameters: 3, one_focal: true, lens: fisheye },
+    Model { id: 15, name: "FISHEYE", parameters: 4, one_focal: false, lens: fisheye },
+    Model { id: 16, name: "EUCM", parameters: 6, one_focal: false, lens: eucm },
 ];
 
 /// Most parameters of any model.
-pub(super) const MAX_PARAMETERS: usize = 12;
+pub(super) const MAX_PARAMETERS: usize = 16;
+/// The id and name of COLMAP's panoramas, which are no pinhole views at all.
+const PANORAMA: (i32, &str) = (17, "EQUIRECTANGULAR");
 
 /// One entry of `cameras`.
 pub(super) struct Intrinsics {
@@ -84,17 +94,58 @@ fn prism(rest: &[f64]) -> Lens {
     }
 }
 
+/// k0 to k5, p0, p1, s0 to s3.
+fn aria(rest: &[f64]) -> Lens {
+    Lens::RadTanThinPrism {
+        radial: std::array::from_fn(|i| at(rest, i)),
+        tangential: [at(rest, 6), at(rest, 7)],
+        prism: std::array::from_fn(|i| at(rest, 8 + i)),
+    }
+}
+
+/// k.
+fn division(rest: &[f64]) -> Lens {
+    Lens::Division(at(rest, 0))
+}
+
+/// α, β.
+fn eucm(rest: &[f64]) -> Lens {
+    Lens::Unified { alpha: at(rest, 0), beta: at(rest, 1) }
+}
+
+/// Whether a `transforms.json` may call a camera so.
+pub(in super::super) fn is_known(name: &str) -> bool {
+    MODELS.iter().any(|model| model.name == name)
+}
+
+fn unknown(what: &str) -> String {
+    let known = MODELS.map(|m| m.name).join(", ");
+    format!("{what} is not a camera model that is known here; undistort the images to {known}")
+}
+
+fn panorama() -> String {
+    let (id, name) = PANORAMA;
+    format!("model {id} ({name}) is a panorama, not a pinhole view; cut pinhole views out of it")
+}
+
 /// The number of parameters of the model with this id.
 pub(super) fn parameters_of_id(id: i32) -> Result<usize, String> {
     let model = MODELS.iter().find(|m| m.id == id);
-    model.map(|m| m.parameters).ok_or_else(|| format!("{id} is not a camera model; 0 to 10 are"))
+    match model {
+        Some(model) => Ok(model.parameters),
+        None if id == PANORAMA.0 => Err(panorama()),
+        None => Err(unknown(&format!("{id}"))),
+    }
 }
 
 /// The id of the model with this name.
 pub(super) fn id_of_name(name: &str) -> Result<i32, String> {
     let model = MODELS.iter().find(|m| m.name == name);
-    let known = || MODELS.map(|m| m.name).join(", ");
-    model.map(|m| m.id).ok_or_else(|| format!("`{name}` is not a camera model; use {}", known()))
+    match model {
+        Some(model) => Ok(model.id),
+        None if name == PANORAMA.1 => Err(panorama()),
+        None => Err(unknown(&format!("`{name}`"))),
+    }
 }
 
 /// The pinhole part and the lens of a camera's parameters.

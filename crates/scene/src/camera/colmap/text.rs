@@ -15,12 +15,16 @@ use super::{Image, views};
 /// # Errors
 /// [`CameraError`]: a line that cannot be read, or a camera that cannot be used.
 pub fn read_text(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
-    let cameras = read_cameras(Lines::new(cameras, "cameras.txt"))?;
-    let images = read_images(Lines::new(images, "images.txt"))?;
-    views("COLMAP text", &cameras, images)
+    let mut warnings = Vec::new();
+    let cameras = read_cameras(Lines::new(cameras, "cameras.txt"), &mut warnings)?;
+    let images = read_images(Lines::new(images, "images.txt"), &mut warnings)?;
+    views("COLMAP text", &cameras, images, warnings)
 }
 
-fn read_cameras<R: BufRead>(mut lines: Lines<R>) -> Result<BTreeMap<u32, Intrinsics>, CameraError> {
+fn read_cameras<R: BufRead>(
+    mut lines: Lines<R>,
+    warnings: &mut Vec<String>,
+) -> Result<BTreeMap<u32, Intrinsics>, CameraError> {
     let mut cameras = BTreeMap::new();
     while let Some(line) = lines.next_entry()? {
         let mut words = line.split_whitespace();
@@ -37,11 +41,14 @@ fn read_cameras<R: BufRead>(mut lines: Lines<R>) -> Result<BTreeMap<u32, Intrins
             return Err(lines.fault(format!("the camera id {id} occurs twice")));
         }
     }
-    lines.check_count(cameras.len())?;
+    lines.compare_count(cameras.len(), warnings);
     Ok(cameras)
 }
 
-fn read_images<R: BufRead>(mut lines: Lines<R>) -> Result<Vec<Image>, CameraError> {
+fn read_images<R: BufRead>(
+    mut lines: Lines<R>,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Image>, CameraError> {
     let mut images = Vec::new();
     while let Some(line) = lines.next_entry()? {
         let mut words = line.split_whitespace();
@@ -58,12 +65,22 @@ fn read_images<R: BufRead>(mut lines: Lines<R>) -> Result<Vec<Image>, CameraErro
         }
         // The second line of an image lists its 2D points; it may be empty, and it may be absent
         // at the end of the file.
-        lines.next_line()?;
+        if lines.next_line()?.is_some_and(|line| !is_list_of_points(&line)) {
+            let what = "this is no list of 2D points (X Y POINT3D_ID ...), which every image has \
+                        on its second line; where there are none, leave an empty line";
+            return Err(lines.fault(what));
+        }
         let translation = DVec3::new(tx, ty, tz);
         images.push(Image { id, quaternion: [w, x, y, z], translation, camera, name });
     }
-    lines.check_count(images.len())?;
+    lines.compare_count(images.len(), warnings);
     Ok(images)
+}
+
+/// Whether a line is that of the 2D points of an image: numbers in threes.
+fn is_list_of_points(line: &str) -> bool {
+    let words = line.split_whitespace();
+    words.clone().count().is_multiple_of(3) && words.into_iter().all(|w| w.parse::<f64>().is_ok())
 }
 
 /// Lines with their numbers.
@@ -115,12 +132,14 @@ impl<R: BufRead> Lines<R> {
         self.promised = digits[..end].parse().ok();
     }
 
-    fn check_count(&self, found: usize) -> Result<(), CameraError> {
-        match self.promised {
-            Some(promised) if promised != found => Err(self.fault(format!(
-                "the header promises {promised} entries, the file has {found}; copy it again"
-            ))),
-            Some(_) | None => Ok(()),
+    /// The count is in a comment, which nobody corrects who takes entries out by hand.
+    fn compare_count(&self, found: usize, warnings: &mut Vec<String>) {
+        if let Some(promised) = self.promised.filter(|promised| *promised != found) {
+            warnings.push(format!(
+                "{}: a comment promises {promised} entries, the file has {found}; was it copied \
+                 completely?",
+                self.file
+            ));
         }
     }
 

@@ -10,6 +10,7 @@ use super::super::super::Gaussians;
 use super::super::super::convert::{colour, opacities_beyond_bytes, opacity_byte, rest_of};
 use super::super::super::export::Clamped;
 use super::super::super::smallest_three::{SmallestThree, encode};
+use super::super::header::ANTIALIASED;
 use super::{BOUNDS, CHUNK, Chunk, PACKED, component, sh_value};
 
 /// SH coefficients are held up to this magnitude.
@@ -42,7 +43,9 @@ pub(in super::super::super) fn write(scene: &Gaussians) -> (Vec<u8>, Clamped) {
 
 fn header(scene: &Gaussians) -> String {
     let chunks = scene.len().div_ceil(CHUNK);
-    let mut text = format!("ply\nformat binary_little_endian 1.0\nelement chunk {chunks}\n");
+    let comment = if scene.antialiased { format!("{ANTIALIASED}\n") } else { String::new() };
+    let mut text =
+        format!("ply\nformat binary_little_endian 1.0\n{comment}element chunk {chunks}\n");
     BOUNDS.iter().for_each(|name| text += &format!("property float {name}\n"));
     text += &format!("element vertex {}\n", scene.len());
     PACKED.iter().for_each(|name| text += &format!("property uint {name}\n"));

@@ -131,7 +131,8 @@ fn colmap_values() {
         target[at..at + bytes.len()].copy_from_slice(bytes);
         colmap::read_binary(cameras.as_slice(), images.as_slice()).unwrap_err().to_string()
     };
-    assert!(error("cameras", 12, &11i32.to_le_bytes()).contains("not a camera model"));
+    assert!(error("cameras", 12, &17i32.to_le_bytes()).contains("a panorama"));
+    assert!(error("cameras", 12, &18i32.to_le_bytes()).contains("not a camera model"));
     assert!(error("cameras", 12, &(-1i32).to_le_bytes()).contains("not a camera model"));
     assert!(error("cameras", 32, &0f64.to_le_bytes()).contains("focal length x"));
     assert!(error("cameras", 32, &f64::NAN.to_le_bytes()).contains("focal length x"));
@@ -155,7 +156,11 @@ fn colmap_text_errors_name_the_line() {
     assert!(error("1 PINHOL 640 480 1 1 1 1\n", image).contains("`PINHOL` is not a camera model"));
     assert!(error("1 PINHOLE 640 480 x 1 1 1\n", image).contains("`x` is not"));
     assert!(error(camera, "1 1 0 0 0 0 0 0 1\n").contains("images.txt, line 1: the image name"));
-    assert!(error(camera, "# Number of images: 2\n1 1 0 0 0 0 0 0 1 a\n\n").contains("promises 2"));
+    let one_line = "1 1 0 0 0 0 0 0 1 a\n2 1 0 0 0 0 0 0 1 b\n";
+    let message = error(camera, one_line);
+    assert!(message.starts_with("images.txt, line 2: this is no list of 2D points"), "{message}");
+    let named_as_numbers = "1 1 0 0 0 0 0 0 1 7 8 9\n2 1 0 0 0 0 0 0 1 x 8 9\n";
+    assert!(error(camera, named_as_numbers).contains("line 2: this is no list"));
     assert!(error(camera, "").contains("no views"));
     assert!(error("", image).contains("camera 1 is not in"));
 }

@@ -153,6 +153,17 @@ const IMAGES_TXT: &str = "# Number of images: 2, mean observations per image: 0.
 
 ";
 
+/// Who takes views out by hand leaves the comments as they are.
+#[test]
+fn counts_in_comments_are_not_believed() {
+    let (cameras, images) = (CAMERAS_TXT.replace(": 2", ": 5"), IMAGES_TXT.replace(": 2", ": 4"));
+    let file = colmap::read_text(cameras.as_bytes(), images.as_bytes()).unwrap();
+    assert_eq!(file.cameras.len(), 2);
+    let said = "images.txt: a comment promises 4 entries, the file has 2";
+    assert!(file.warnings.iter().any(|w| w.contains(said)), "{:?}", file.warnings);
+    assert!(file.warnings.iter().any(|w| w.contains("cameras.txt: a comment promises 5")));
+}
+
 fn binary_model() -> CameraFile {
     let (cameras, images) = binary_files();
     colmap::read_binary(cameras.as_slice(), images.as_slice()).unwrap()

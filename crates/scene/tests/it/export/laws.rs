@@ -45,6 +45,10 @@ fn check_bounds(target: Target, scene: &Gaussians, kept: &Fidelity) {
     assert!(kept.opacity.largest <= 0.501 / 255.0 + 1e-6, "{target:?}: {:?}", kept.opacity);
     match target {
         Target::Ply => assert!(kept.is_exact()),
+        Target::Gltf | Target::Glb => {
+            assert!(kept.position.exact && kept.colour_dc.exact && kept.colour_rest.exact);
+            assert!(kept.scale.largest < 1e-5 && kept.rotation.largest < 1e-4);
+        }
         Target::CompressedPly => {
             let step = 0.501 / 1023.0;
             assert!(kept.position.largest <= step * range(&scene.means) + 1e-6);
@@ -52,7 +56,7 @@ fn check_bounds(target: Target, scene: &Gaussians, kept: &Fidelity) {
             assert!(kept.rotation.largest < 0.35, "{:?}", kept.rotation);
             assert!(kept.colour_rest.largest <= 0.5 * 8.0 / 256.0 + 1e-6);
         }
-        Target::Spz => {
+        Target::Spz | Target::GlbSpz => {
             assert!(kept.position.largest <= 0.5 * 50.0 / 4_194_304.0);
             assert!(kept.rotation.largest < 0.4, "{:?}", kept.rotation);
             if kept.scale.clamped == 0 {

@@ -1,6 +1,6 @@
 //! Bytes that no writer makes: errors, never a panic, a hang or an allocation beyond the data.
 
-use powergs_scene::{Model, SceneError, read};
+use powergs_scene::{Model, OneFile, SceneError, read};
 use powergs_testkit::bombs::{bombs, planes};
 use powergs_testkit::scene_files::{self as encode, Files, gzip, sample};
 
@@ -15,10 +15,37 @@ fn empty_and_unknown_files() {
         assert!(matches!(read_bytes(bytes), Err(SceneError::Unknown { .. })), "{bytes:?}");
     }
     let error = read_bytes(b"{\"frames\": []}").unwrap_err().to_string();
-    assert!(error.contains("no key `means`"), "{error}");
+    assert!(error.contains("without a key `means`"), "{error}");
     let error =
         read_bytes(&gzip(b"just some text, and quite a lot of it")).unwrap_err().to_string();
     assert!(error.contains("no magic NGSP"), "{error}");
+}
+
+/// What others read is named, by its content or its name, with the way to a file that is read.
+#[test]
+fn foreign_formats_are_named() {
+    let checkpoint = {
+        let mut files = Files::new();
+        files.insert("archive/data.pkl".into(), b"\x80\x02}q\x00.".to_vec());
+        files.insert("archive/version".into(), b"3".to_vec());
+        encode::zipped(&files)
+    };
+    let rows = encode::splat(&sample(20, 0));
+    let cases: [(&str, &[u8], &str, &str); 8] = [
+        ("a.ksplat", &[0; 4096], "KSPLAT", "splat-transform"),
+        // Even where it looks like rows of `.splat`.
+        ("a.ksplat", &rows, "KSPLAT", "splat-transform"),
+        ("meta.lcc", b"{\"version\": 3}", "LCC", "splat-transform"),
+        ("a.usda", b"#usda 1.0\n", "USD", "export"),
+        ("a", b"PXR-USDC\0\0", "USD", "export"),
+        ("step-000029999.ckpt", &checkpoint, "PyTorch checkpoint", "ns-export"),
+        ("anything", &checkpoint, "PyTorch checkpoint", "ns-export"),
+        ("model.npz", b"\x93NUMPY", "arrays", "export"),
+    ];
+    for (name, bytes, format, todo) in cases {
+        let error = read(&OneFile(bytes), name, None).unwrap_err().to_string();
+        assert!(error.contains(format) && error.contains(todo), "{name}: {error}");
+    }
 }
 
 #[test]

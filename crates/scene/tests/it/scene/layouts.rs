@@ -58,6 +58,7 @@ fn columns_are_found_by_name_in_any_order_type_and_byte_order() {
             logit_opacities: vec![0.25],
             sh_degree: 0,
             sh: vec![0.1, 0.2, 0.3],
+            antialiased: false,
         };
         assert_eq!(scene, expected);
     }

@@ -1,0 +1,90 @@
+//! Gaussians in glTF 2.0: the extension `KHR_gaussian_splatting`, as JSON (`.gltf`) or binary
+//! (`.glb`), and its variant whose attributes are an SPZ file.
+//!
+//! A primitive of points has positions, unit quaternions (x, y, z, w), linear scales, opacities
+//! from 0 to 1, and SH coefficients as trained. glTF is right-up-back, and is turned to the axes of
+//! PLY; nodes may turn, move and scale. Drafts stored logarithms of scales, which are told by being
+//! negative. What glTF has no word for, that a model is anti-aliased, is in the `extras` of its
+//! primitive.
+//! Source: the extension's own README in github.com/KhronosGroup/glTF.
+
+mod document;
+mod node;
+mod placement;
+mod write;
+
+use std::io::Read;
+
+use serde_json::{Map, Value};
+
+use super::error::{DAMAGED, SceneError};
+use super::input::{Folder, Input, check_count, plausible};
+use super::read::{Format, Model};
+use super::{Gaussians, Warning};
+use document::Document;
+
+pub(super) use write::{Container, write};
+
+pub(super) const MAGIC: &[u8; 4] = b"glTF";
+const EXTENSION: &str = "KHR_gaussian_splatting";
+/// How names of its variants begin whose attributes are an SPZ file.
+const SPZ: &str = "KHR_gaussian_splatting_compression_spz";
+/// The name of such a variant in an early draft, where it stood beside the other extension.
+const SPZ_DRAFT: &str = "KHR_spz_gaussian_splats_compression";
+/// The key in the `extras` of a primitive.
+const ANTIALIASED: &str = "antialiased";
+/// Signs that turn the axes of glTF to those of PLY.
+const AXES: [f64; 3] = [1.0, -1.0, -1.0];
+
+/// Reads a `.glb`.
+pub(super) fn read_binary(folder: &dyn Folder, input: Input<'_>) -> Result<Model, SceneError> {
+    let mut bytes = Vec::with_capacity(input.len.min(1 << 32) as usize);
+    { input.reader }.read_to_end(&mut bytes).map_err(|e| SceneError::reading("glTF", e))?;
+    let (json, binary) = document::chunks(&bytes)?;
+    let keys = serde_json::from_slice(json)
+        .map_err(|e| SceneError::malformed("glTF, JSON", e.to_string(), DAMAGED))?;
+    read(Document::new(keys, Some(binary), folder, "")?)
+}
+
+/// Reads the JSON of a `.gltf`; other files are relative to `prefix`.
+pub(super) fn read_json(
+    folder: &dyn Folder,
+    prefix: &str,
+    keys: Map<String, Value>,
+) -> Result<Model, SceneError> {
+    read(Document::new(keys, None, folder, prefix)?)
+}
+
+/// Gaussians of all nodes of the scene, in the order of the file.
+fn read(mut document: Document<'_>) -> Result<Model, SceneError> {
+    let instances = node::instances(&document)?;
+    let mut scene: Option<Gaussians> = None;
+    let mut warnings: Vec<Warning> = Vec::new();
+    for (mesh, placement) in instances {
+        for primitive in document.primitives(mesh)? {
+            let Some(part) = document.gaussians(&primitive)? else { continue };
+            let Model { mut gaussians, warnings: more, .. } = part;
+            placement.apply(&mut gaussians);
+            for warning in more {
+                if !warnings.contains(&warning) {
+                    warnings.push(warning);
+                }
+            }
+            let total = gaussians.len() + scene.as_ref().map_or(0, Gaussians::len);
+            // Many nodes may show one mesh: a bomb.
+            check_count("glTF", total as u64, plausible(document.read_bytes()))?;
+            match &mut scene {
+                None => scene = Some(gaussians),
+                Some(scene) => {
+                    scene.antialiased &= gaussians.antialiased;
+                    scene.append(gaussians);
+                }
+            }
+        }
+    }
+    let Some(gaussians) = scene else {
+        let what = format!("no primitive with the extension {EXTENSION}");
+        return Err(SceneError::malformed("glTF", what, "give a .glb or .gltf of Gaussians"));
+    };
+    Ok(Model { gaussians, format: Format::Gltf, warnings })
+}
