@@ -237,8 +237,17 @@ pub struct Controller {
     /// Writes end when less than this part of it is full and a read waits.
     #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "fraction of the write queue"))]
     pub write_low: f64,
+    /// Writes begin too when some wait and none went for this long, and go on until all that waited
+    /// then have gone; `0 ns`: they wait for as long as reads go on.
+    #[serde(default = "no_limit")]
+    pub write_wait: Nanoseconds,
     /// Added to every read: controller, PHY and interconnect.
     pub latency: Nanoseconds,
+}
+
+/// The limit of files that have none.
+const fn no_limit() -> Nanoseconds {
+    Nanoseconds(0.0)
 }
 
 /// Which command goes first.

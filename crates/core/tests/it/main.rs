@@ -9,6 +9,7 @@ mod foveated;
 mod knobs;
 mod paper;
 mod pipeline;
+mod placement;
 mod run;
 mod second_master;
 mod sh_degree;
