@@ -341,6 +341,13 @@ impl Device {
         buses * o.burst.0 as f64 / (f64::from(self.timing.burst) * self.clock_period.0)
     }
 
+    /// Bytes of all channels; addresses beyond them wrap.
+    pub fn capacity(&self) -> u64 {
+        let o = &self.organisation;
+        let banks = [o.channels, o.pseudo_channels, o.bank_groups, o.banks, o.rows];
+        banks.into_iter().fold(o.row.0, |bytes, n| bytes.saturating_mul(u64::from(n)))
+    }
+
     /// Rate of one data pin, 10⁹ bits per second: all beats of a burst, also those that carry no
     /// data.
     pub fn pin_gbit_s(&self) -> f64 {
