@@ -1,6 +1,7 @@
 //! `codesign`: the model and the machine that need the fewest watts together.
 
 mod demo;
+mod dry_run;
 mod finish;
 mod folder;
 mod inputs;
@@ -30,6 +31,7 @@ Examples:
       --quality M --out runs/both
   powergs-sim codesign model.ply --orbit 24 --size 400x300 --space space.toml \\
       --quality-db 36 --iterations 300
+  powergs-sim codesign ...the same arguments... --dry-run
   powergs-sim codesign ...the same arguments... --resume
   powergs-sim codesign ...the same arguments... --slurm sbatch.toml
 
@@ -88,6 +90,9 @@ pub struct Args {
     /// Submit the parts to Slurm as an array job, follow it and compare
     #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "force"])]
     pub slurm: Option<PathBuf>,
+    /// Check everything and count what it would take; write nothing
+    #[arg(long, conflicts_with_all = ["resume", "force", "shard", "slurm"])]
+    pub dry_run: bool,
     /// With --slurm: only print the script
     #[arg(long, requires = "slurm")]
     pub print: bool,
@@ -179,6 +184,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let space = inputs::space(args)?;
     let watched = Watched::new(context);
     let codesign = inputs::codesign(args, &space, context, &watched)?;
+    if args.dry_run {
+        watched.clear();
+        return dry_run::run(&codesign, context);
+    }
     let folder = Folder::new(&inputs::place(args, &codesign), &LAYOUT);
     let run = Run {
         codesign: &codesign,

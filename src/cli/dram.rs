@@ -24,7 +24,8 @@ Examples:
   powergs-sim dram addresses.trace --mapping mop --model both --json
   powergs-sim dram addresses.trace --set controller.read-queue=64
 
-A line of a trace is `R 0x1f40 64` (or W), `LD 0x1f40` (or ST), or `0x1f40 R`.
+A line of a trace is `R 0x1f40 64` (or W), `LD 0x1f40` (or ST), `0x1f40 R`, or
+`0x1f40 READ 10` of DRAMsim3, whose cycle is left out.
 powergs-sim arch list names the devices; docs/dram.md has the rules.";
 
 /// Arguments of `dram`.
@@ -118,10 +119,38 @@ fn simulate(
     let shown = args.trace.display();
     let (input, kib) = open(args)?;
     let progress = Progress::new(context, kib, "KiB");
-    let requests = Requests::new(Counted { inner: input, bytes: 0, progress: &progress });
+    let mut requests = Requests::new(Counted { inner: input, bytes: 0, progress: &progress });
     let cancelled = || context.is_cancelled();
-    run_levels(device, args.mode, args.model.levels(), requests, cancelled)
-        .or_exit(Exit::BadInput, &shown)
+    let (capacity, mut all, mut beyond) = (device.capacity(), 0u64, 0u64);
+    let counted = requests.by_ref().inspect(|request| {
+        if let Ok(access) = request {
+            all += 1;
+            let last = access.address.saturating_add(u64::from(access.bytes).saturating_sub(1));
+            beyond += u64::from(last >= capacity);
+        }
+    });
+    let found = run_levels(device, args.mode, args.model.levels(), counted, cancelled)
+        .or_exit(Exit::BadInput, &shown)?;
+    let has_cycles = requests.with_cycles() > 0;
+    drop(requests);
+    drop(progress);
+    if !context.global.quiet {
+        if has_cycles {
+            out::complain(format_args!(
+                "note: {shown}: the cycles of its lines are left out: requests arrive as --mode \
+                 says, {}",
+                args.mode
+            ));
+        }
+        if beyond > 0 {
+            out::complain(format_args!(
+                "note: {shown}: {beyond} of {all} requests are beyond the {} of the device: their \
+                 addresses wrap; a device with more `organisation.rows` or channels holds them",
+                table::bytes(capacity)
+            ));
+        }
+    }
+    Ok(found)
 }
 
 /// The trace and its size in KiB; 0 if that is not known.

@@ -33,17 +33,20 @@ impl FileReferences {
     /// Exit code 2: no temporary file can be made.
     pub fn new() -> Result<FileReferences, Failure> {
         let name = format!("powergs-sim-references-{}", std::process::id());
-        let mut path = std::env::temp_dir().join(&name);
+        let folder = std::env::temp_dir();
         let mut options = OpenOptions::new();
         options.read(true).write(true).create_new(true);
         // Somebody else's file of that name is left alone.
-        for attempt in 0..1000 {
-            path.set_file_name(format!("{name}-{attempt}"));
-            if !path.exists() {
-                break;
+        let mut attempt = 0;
+        let (file, path) = loop {
+            let path = folder.join(format!("{name}-{attempt}"));
+            match options.open(&path) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
+                    attempt += 1;
+                }
+                opened => break (opened.or_exit(Exit::Usage, path.display())?, path),
             }
-        }
-        let file = options.open(&path).or_exit(Exit::Usage, path.display())?;
+        };
         let path = fs::remove_file(&path).err().map(|_| path);
         let (file, failure) = (Mutex::new(file), Mutex::new(None));
         Ok(FileReferences { file, places: Vec::new(), end: 0, hash: Xxh3::new(), failure, path })

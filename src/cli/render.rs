@@ -112,7 +112,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             "--datapath: the rendering hardware blends one level, and this model has several";
         return Err(Failure::new(Exit::Usage, what));
     }
-    let mut compared = Vec::new();
+    let (mut compared, mut written) = (Vec::new(), Vec::new());
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);
@@ -143,7 +143,16 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 }
             }
         };
-        write_png(target, &picture)?;
+        if let Err(failure) = write_png(target, &picture) {
+            if !args.overwrite.force {
+                // The same command shall find the folder as it was.
+                written.iter().for_each(|path: &&PathBuf| {
+                    let _ = std::fs::remove_file(path);
+                });
+            }
+            return Err(failure);
+        }
+        written.push(target);
         progress.advance(1);
     }
     drop(progress);

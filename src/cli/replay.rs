@@ -15,6 +15,7 @@ use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::run::{Frames, PaperModel, Session, System, SystemSpec, TraceFile};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
+use powergs_energy::accelergy;
 use powergs_report as report;
 use powergs_study::findings::what_if::Advice;
 use powergs_study::replay::Replay;
@@ -174,7 +175,11 @@ fn model(args: &Args) -> Result<Model, Failure> {
         }
         let (machine, energy) = (args.arch.clone(), args.energy.clone());
         let spec = SystemSpec { machine, sets, energy, display };
-        return Ok(Model::Cycle(Box::new(System::load(&spec, &DiskFiles)?)));
+        let system = System::load(&spec, &DiskFiles)?;
+        if let Some(doubt) = accelergy::doubt(system.energy_table()) {
+            out::complain(format_args!("warning: {doubt}"));
+        }
+        return Ok(Model::Cycle(Box::new(system)));
     }
     let machine_only = args.dram_model.is_some() || args.timeline.is_some();
     if !args.sets.is_empty() || machine_only || args.energy.is_some() {

@@ -9,7 +9,7 @@ use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
 use powergs_core::run::FileStore;
 use powergs_core::run::Store;
-use powergs_core::run::store::atomic::{is_temporary, write_atomically};
+use powergs_core::run::store::atomic::{is_temporary, remove_leftovers, write_atomically};
 use powergs_core::run::store::{Lock, Sharing};
 use powergs_report::Drawing;
 
@@ -28,6 +28,8 @@ pub struct Layout {
     pub marker: &'static str,
     /// The folders of its store.
     pub stores: &'static [&'static str],
+    /// Whether a run has something of this name in one of them.
+    pub is_ours: fn(&str) -> bool,
     /// The folders of what starts its parts; they may be there before the run.
     pub jobs: &'static [&'static str],
     /// What it leaves beside them and its charts.
@@ -36,6 +38,20 @@ pub struct Layout {
     pub charts: &'static [&'static str],
     /// What the names of further charts begin with; empty for none.
     pub further_charts: &'static str,
+}
+
+/// Folders in folders of a store at most.
+const STORE_DEPTH: u32 = 3;
+
+/// Removes what killed processes left half written in a folder and those below it. What cannot be
+/// removed stays: it is no part of any result.
+fn sweep(folder: &Path, depth: u32) {
+    let _ = remove_leftovers(folder);
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let folders = entries.flatten().filter(|e| e.file_type().is_ok_and(|kind| kind.is_dir()));
+    if depth > 0 {
+        folders.for_each(|entry| sweep(&entry.path(), depth - 1));
+    }
 }
 
 /// What to do with a run that is in the folder already.
@@ -81,10 +97,16 @@ impl Folder {
             }
             Existing::Resume | Existing::Refuse | Existing::Replace => {}
         }
+        if existing == Existing::Replace && has_run {
+            self.refuse_foreign()?;
+        }
         let lock = self.store.lock(LOCK, Sharing::Alone)?;
         if existing == Existing::Replace && has_run {
             self.clear()?;
         }
+        // The lock has swept the folder itself; nobody else writes in the store now.
+        let stores = self.layout.stores.iter().map(|store| self.path.join(store));
+        stores.for_each(|store| sweep(&store, STORE_DEPTH));
         Ok(lock)
     }
 
@@ -153,6 +175,27 @@ impl Folder {
             name if name == LOCK || is_job(&name) || is_temporary(&name) => true,
             name => but.iter().any(|but| name == *but),
         })
+    }
+
+    /// Refuses to throw away what the folders of the store hold and no run puts there.
+    fn refuse_foreign(&self) -> Result<(), Failure> {
+        for store in self.layout.stores {
+            let folder = self.path.join(store);
+            let Ok(entries) = fs::read_dir(&folder) else { continue };
+            for entry in entries {
+                let name = entry.or_exit(Exit::Usage, folder.display())?.file_name();
+                let is_ours = name.to_str().is_some_and(|name| (self.layout.is_ours)(name));
+                if !is_ours && !is_temporary(&name) {
+                    let name = Path::new(store).join(&name);
+                    return self.refuse(&format!(
+                        "holds `{}`, which is not of a run, and --force would remove it: take it \
+                         elsewhere, or give another --out",
+                        name.display()
+                    ));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Removes the run that is there. Files that are not of a run stay.

@@ -190,6 +190,37 @@ fn parts_of_a_run_end_in_the_bytes_of_one_process() {
 }
 
 #[test]
+fn a_dry_run_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), SPACE, 12);
+    assert_eq!(run(folder.path(), &["--dry-run"]).unwrap(), Exit::Done);
+    assert!(!folder.path().join("run").exists());
+    stage(folder.path(), &SPACE.replace("vru.cores\"\nvalues", "vru.coers\"\nvalues"), 12);
+    fails(folder.path(), &["--dry-run"], Exit::Usage, "vru.cores");
+}
+
+/// `--force` throws away what runs put into a folder, and nothing else.
+#[test]
+fn force_stops_at_what_is_not_of_a_run_and_sweeps_what_kills_leave() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), SPACE, 12);
+    let run_folder = folder.path().join("run");
+    assert_eq!(run(folder.path(), &[]).unwrap(), Exit::Done);
+    let model = fs::read_dir(run_folder.join("models")).unwrap().next().unwrap().unwrap().path();
+    let left = model.join("checkpoints/.powergs-sim-Xx12Yz");
+    fs::write(&left, b"half").unwrap();
+    assert_eq!(run(folder.path(), &["--resume"]).unwrap(), Exit::Done);
+    assert!(!left.exists());
+    let mine = run_folder.join("models/mine");
+    fs::create_dir(&mine).unwrap();
+    fs::write(mine.join("notes.txt"), b"1").unwrap();
+    fails(folder.path(), &["--force"], Exit::Usage, "`models/mine`, which is not of a run");
+    assert!(model.exists() && mine.join("notes.txt").exists(), "nothing was removed");
+    fs::remove_dir_all(&mine).unwrap();
+    assert_eq!(run(folder.path(), &["--force"]).unwrap(), Exit::Done);
+}
+
+#[test]
 fn bad_input_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

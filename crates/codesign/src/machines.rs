@@ -30,6 +30,10 @@ const CLOCK: &str = "clock";
 const MODEL: &str = "dram.model";
 /// The key of the banks of a codebook.
 const BANKS: &str = "codebook.banks";
+/// What keys of a codebook begin with.
+pub(super) const CODEBOOK: &str = "codebook.";
+/// Where axes of a codebook count.
+const HAS_CODEBOOK: &str = "codebook.entries > 0";
 /// Where a space says nothing of the banks of a codebook: as many as make each no larger than this,
 /// bytes, which every energy table has a price for.
 const BANK_MOST: u64 = 64 << 10;
@@ -39,6 +43,14 @@ const BANK_MOST: u64 = 64 << 10;
 pub struct Machines {
     /// The base machine with the keys that all machines have, and its display.
     pub base: System,
+    /// Whether a model has a codebook: then axes of the codebook count for those that have one, and
+    /// the others have the machines without them.
+    pub has_codebooks: bool,
+    /// Energy tables that the space does not name and that have no price for a machine of it, with
+    /// the reason: they are left out.
+    pub left_out: Vec<(String, String)>,
+    /// Whether the energy tables are those by default.
+    is_usual: bool,
     /// The sweep of the machine's own record.
     file: SweepFile,
 }
@@ -57,7 +69,8 @@ impl Machines {
         let system = System::load(&system, &DiskFiles)?;
         let base = system.with(&changes(&spec.set, origin)?)?;
         let mut file = sweep_file(spec, text).map_err(|e| RunError::config(origin, e))?;
-        if file.energy.is_empty() && find(MACHINES, &spec.base).is_some() {
+        let is_usual = file.energy.is_empty() && find(MACHINES, &spec.base).is_some();
+        if is_usual {
             file.energy = usual(&base, &file);
         }
         file.display = Some(spec.display.clone());
@@ -65,7 +78,7 @@ impl Machines {
         if file.sampling.method == Method::Nsga2 {
             file.objectives.minimize = OBJECTIVES.map(str::to_owned).into();
         }
-        Ok(Machines { base, file })
+        Ok(Machines { base, has_codebooks: false, left_out: Vec::new(), is_usual, file })
     }
 
     /// Frames that the display shows in a second.
@@ -97,11 +110,36 @@ impl Machines {
             let banks = copy.div_ceil(BANK_MOST).next_power_of_two();
             set(BANKS, i64::try_from(banks).unwrap_or(i64::MAX).into());
         }
+        if record.codebook.is_none() && self.has_codebooks {
+            file.has_common_axes = true;
+            for axis in &mut file.axes {
+                if axis_keys(axis).iter().all(|key| key.starts_with(CODEBOOK)) {
+                    let own = axis.when.take().map(|when| format!("({when}) && "));
+                    axis.when = Some(own.unwrap_or_default() + HAS_CODEBOOK);
+                }
+            }
+        }
         // A machine with a mere rate of DRAM keeps it, as in sweeps.
         if self.base.machine().dram.model == DramModel::Banked {
             set(MODEL, dram.name().into());
         }
         file
+    }
+
+    /// The same without its `n`-th energy table, where that one only stands beside the first by
+    /// default.
+    pub(super) fn without(&self, n: usize) -> Option<Machines> {
+        let is_extra = self.is_usual && (1..self.file.energy.len()).contains(&n);
+        is_extra.then(|| {
+            let mut others = self.clone();
+            others.file.energy.remove(n);
+            others
+        })
+    }
+
+    /// Labels of the energy tables.
+    pub(super) fn tables(&self) -> impl Iterator<Item = &str> {
+        self.file.energy.iter().map(|table| table.label.as_str())
     }
 
     /// Whether the space itself has a key.

@@ -16,7 +16,7 @@ use powergs_study::sweep::table::{Cell, TraceLabel};
 use powergs_views::RenderedViews;
 
 use super::fit::Fitted;
-use super::machines::Machines;
+use super::machines::{CODEBOOK, Machines};
 use super::part::Part;
 use super::watch::CodesignWatch;
 
@@ -190,6 +190,9 @@ impl Pricer<'_> {
         let axes = sweep.designs.axis_columns();
         let mut row = Row { columns, axes, excluded: plan.excluded, ..Row::default() };
         row.take(&table, &sweep.designs.tables())?;
+        if self.machines.has_codebooks && model.point.formats.codebook.is_none() {
+            row.clear(CODEBOOK);
+        }
         Ok(Some(row))
     }
 
@@ -209,6 +212,15 @@ impl Pricer<'_> {
 }
 
 impl Row {
+    /// The machines have no value in columns whose names begin with this.
+    fn clear(&mut self, prefix: &str) {
+        let columns = self.columns.iter().enumerate();
+        let cleared = columns.filter(|(_, name)| name.starts_with(prefix)).map(|(i, _)| i);
+        for i in cleared {
+            self.settings.values_mut().for_each(|settings| settings[i].clear());
+        }
+    }
+
     /// Takes the pairs from the table of a sweep with these energy tables.
     fn take(&mut self, table: &Results, tables: &[String]) -> Result<(), RunError> {
         let place = |name: &str| {

@@ -11,6 +11,7 @@ use powergs_optimize::campaign::Campaign;
 use powergs_optimize::pictures::BeforeAfter;
 use powergs_optimize::target::Target;
 use powergs_scene::Gaussians;
+use powergs_study::sweep::file::Method;
 use powergs_study::sweep::run::{Designs, Shard};
 
 use super::alternate::{self, Round};
@@ -37,6 +38,8 @@ const BEST: usize = 32;
 const RUNGS: [u32; 2] = [8, 4];
 /// So many models, the dense one among them, are not halved any more.
 const FEW: usize = 4;
+/// Machines of a space at most: each is simulated for every model.
+pub const MACHINES_MAX: u64 = 1_000_000;
 /// Rounds by default.
 pub const ROUNDS: u32 = 5;
 
@@ -148,6 +151,18 @@ impl Finished {
     }
 }
 
+/// The machines of a model; `origin` is what messages call the space file.
+fn designs(
+    machines: &Machines,
+    model: &ModelPoint,
+    dram: DramModel,
+    origin: &str,
+) -> Result<Designs, RunError> {
+    let file = machines.sweep(model, dram);
+    let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
+    Designs::new(&file, Vec::new(), &files, origin)
+}
+
 impl Codesign {
     /// Checks a space on an opened campaign: `text` is that of its file, `origin` what messages
     /// call it.
@@ -165,8 +180,9 @@ impl Codesign {
         if views < 2 {
             return Err(CodesignError::TooFewViews { views });
         }
-        let machines = Machines::open(&space.machine, text, origin)?;
+        let mut machines = Machines::open(&space.machine, text, origin)?;
         let models = models(&space.model, &campaign.dense);
+        machines.has_codebooks = models.iter().any(|model| model.formats.codebook.is_some());
         let top = campaign.dense.sh_degree;
         if let Some(degree) = models.iter().map(|m| m.sh_degree).find(|degree| *degree > top) {
             let message = format!(
@@ -177,7 +193,7 @@ impl Codesign {
         }
         machines.check(&models, origin)?;
         let iterations = campaign.settings.iterations;
-        let codesign = Codesign {
+        let mut codesign = Codesign {
             campaign,
             machines,
             models,
@@ -188,29 +204,87 @@ impl Codesign {
             origin: origin.to_owned(),
             memory: MEMORY,
         };
+        codesign.leave_out_tables();
         // What is wrong with the axes, and what a record has no price for, is said before anything
         // is trained.
-        let mut records = Vec::new();
-        for model in &codesign.models {
-            let record = (model.sh_degree, model.formats, model.is_dense);
-            if !records.contains(&record) {
-                codesign.designs(model, DramModel::Calibrated).map_err(|error| match error {
-                    RunError::Config { message, .. } if !model.is_dense => {
-                        RunError::config(format!("{origin}, model {}", model.name()), message)
-                    }
-                    error => error,
-                })?;
-                records.push(record);
-            }
+        codesign.records_have_designs(&codesign.machines)?;
+        let machines = codesign.machines_most()?;
+        if machines > MACHINES_MAX {
+            let message = format!(
+                "{machines} machines: at most {MACHINES_MAX}, each is simulated for every model; \
+                 fewer values on the axes, or some of the machines: `machine.sampling`, with \
+                 `method = \"lhs\"` and `points`, or `method = \"nsga2\"`"
+            );
+            return Err(CodesignError::Space { place: origin.to_owned(), message });
         }
         Ok(codesign)
     }
 
+    /// Machines that a model is priced on at most, the base machine among them.
+    ///
+    /// # Errors
+    /// A space that cannot be.
+    pub fn machines_most(&self) -> Result<u64, RunError> {
+        let space = self.designs(&self.models[0], DramModel::Calibrated)?.space;
+        let sampling = space.sampling();
+        let all = match sampling.method {
+            Method::Nsga2 => u64::from(sampling.population) * u64::from(sampling.generations),
+            Method::Grid | Method::Random | Method::Lhs | Method::Sobol => space.lattice().points(),
+        };
+        let points = all.min(space.lattice().points()).min(sampling.points.unwrap_or(u64::MAX));
+        Ok(points.saturating_add(1))
+    }
+
+    /// Checks the machines with the record of each model.
+    fn records_have_designs(&self, machines: &Machines) -> Result<(), RunError> {
+        let mut records = Vec::new();
+        for model in &self.models {
+            let record = (model.sh_degree, model.formats, model.is_dense);
+            if records.contains(&record) {
+                continue;
+            }
+            let designs = designs(machines, model, DramModel::Calibrated, &self.origin);
+            designs.map_err(|error| match error {
+                RunError::Config { message, .. } if !model.is_dense => {
+                    RunError::config(format!("{}, model {}", self.origin, model.name()), message)
+                }
+                error => error,
+            })?;
+            records.push(record);
+        }
+        Ok(())
+    }
+
+    /// Leaves out energy tables that nobody asked for where they alone refuse machines of the
+    /// space.
+    fn leave_out_tables(&mut self) {
+        let Err(mut error) = self.records_have_designs(&self.machines) else { return };
+        let mut machines = self.machines.clone();
+        loop {
+            // The table without which the error is another one, or none.
+            let found = (1..machines.tables().count()).find_map(|n| {
+                let others = machines.without(n)?;
+                let rest = self.records_have_designs(&others);
+                let is_other =
+                    rest.as_ref().err().is_none_or(|e| e.to_string() != error.to_string());
+                is_other.then_some((n, others, rest))
+            });
+            let Some((n, mut others, rest)) = found else { return };
+            let label = machines.tables().nth(n).unwrap_or_default().to_owned();
+            others.left_out.push((label, error.to_string()));
+            match rest {
+                Ok(()) => {
+                    self.machines = others;
+                    return;
+                }
+                Err(next) => (machines, error) = (others, next),
+            }
+        }
+    }
+
     /// The machines of a model, which need not be one of the space.
     fn designs(&self, model: &ModelPoint, dram: DramModel) -> Result<Designs, RunError> {
-        let file = self.machines.sweep(model, dram);
-        let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
-        Designs::new(&file, Vec::new(), &files, &self.origin)
+        designs(&self.machines, model, dram, &self.origin)
     }
 
     /// A machine with the record of a model, as a file.

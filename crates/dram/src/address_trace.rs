@@ -5,6 +5,7 @@
 //! | `R 0x1f40 64`, `W 8000 32` | read or write of so many bytes |
 //! | `LD 0x1f40`, `ST 0x1f40` | Ramulator 2, load-store trace: 64 bytes |
 //! | `0x1f40 R`, `0x1f40 W` | Ramulator 1, DRAM trace: 64 bytes |
+//! | `0x1f40 READ 10`, `0x1f40 WRITE 10` | DRAMsim3: 64 bytes; the cycle is left out |
 //!
 //! Addresses are hexadecimal with `0x` or decimal. Blank lines and everything from `#` or `//` are
 //! ignored, words may be in small letters, lines may end in CR LF.
@@ -34,7 +35,9 @@ pub enum AddressTraceError {
         source: io::Error,
     },
     /// A line is no request.
-    #[error("line {line}: {what}; write `R 0x1f40 64`, `LD 0x1f40` or `0x1f40 R`")]
+    #[error(
+        "line {line}: {what}; write `R 0x1f40 64`, `LD 0x1f40`, `0x1f40 R` or `0x1f40 READ 10`"
+    )]
     Line {
         /// The line, from 1.
         line: u64,
@@ -56,13 +59,19 @@ pub struct Requests<R> {
     line: Vec<u8>,
     lines: u64,
     requests: u64,
+    cycles: u64,
     failed: bool,
 }
 
 impl<R: BufRead> Requests<R> {
     /// The requests of a text.
     pub fn new(from: R) -> Self {
-        Self { from, line: Vec::new(), lines: 0, requests: 0, failed: false }
+        Self { from, line: Vec::new(), lines: 0, requests: 0, cycles: 0, failed: false }
+    }
+
+    /// Requests so far whose lines said in which cycle they come, which is left out.
+    pub fn with_cycles(&self) -> u64 {
+        self.cycles
     }
 
     fn read(&mut self) -> Result<Option<Access>, AddressTraceError> {
@@ -86,8 +95,9 @@ impl<R: BufRead> Requests<R> {
             }
             let text = std::str::from_utf8(&self.line).map_err(|_| wrong("no text".to_owned()))?;
             let text = if line == 1 { text.trim_start_matches('\u{feff}') } else { text };
-            if let Some(access) = parse(text).map_err(wrong)? {
+            if let Some((access, has_cycle)) = parse(text).map_err(wrong)? {
                 self.requests += 1;
+                self.cycles += u64::from(has_cycle);
                 return Ok(Some(access));
             }
         }
@@ -121,13 +131,14 @@ pub fn write_request(
     writeln!(out, "{direction} {address:#x} {bytes}")
 }
 
-/// The request of a line, if it has one.
-fn parse(line: &str) -> Result<Option<Access>, String> {
+/// The request of a line, if it has one, and whether the line says its cycle.
+fn parse(line: &str) -> Result<Option<(Access, bool)>, String> {
     let text = line.split('#').next().unwrap_or("");
     let text = text.split("//").next().unwrap_or("");
     let mut words = text.split_whitespace();
     let Some(first) = words.next() else { return Ok(None) };
     let second = words.next();
+    let mut has_cycle = false;
     let access = match (direction(first), second) {
         (Some((write, sized)), Some(at)) => {
             let bytes = match words.next() {
@@ -140,8 +151,20 @@ fn parse(line: &str) -> Result<Option<Access>, String> {
         (Some(_), None) => return Err(format!("no address after `{first}`")),
         (None, Some(word)) => {
             let address = address(first)?;
-            let Some((write, true)) = direction(word) else {
-                return Err(format!("`{}` is neither R nor W", cut(word)));
+            let is = |name: &str| word.eq_ignore_ascii_case(name);
+            let write = match direction(word) {
+                Some((write, true)) => write,
+                _ if is("READ") || is("WRITE") => {
+                    let Some(cycle) = words.next() else {
+                        return Err(format!("no cycle after `{word}`"));
+                    };
+                    if !cycle.bytes().all(|b| b.is_ascii_digit()) {
+                        return Err(format!("`{}` is not a cycle", cut(cycle)));
+                    }
+                    has_cycle = true;
+                    is("WRITE")
+                }
+                _ => return Err(format!("`{}` is neither R nor W", cut(word))),
             };
             Access { write, address, bytes: DEFAULT_BYTES }
         }
@@ -151,7 +174,7 @@ fn parse(line: &str) -> Result<Option<Access>, String> {
     };
     match words.next() {
         Some(extra) => Err(format!("`{}` is too much", cut(extra))),
-        None => Ok(Some(access)),
+        None => Ok(Some((access, has_cycle))),
     }
 }
 

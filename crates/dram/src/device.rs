@@ -237,8 +237,17 @@ pub struct Controller {
     /// Writes end when less than this part of it is full and a read waits.
     #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "fraction of the write queue"))]
     pub write_low: f64,
+    /// Writes begin too when some wait and none went for this long, and go on until all that waited
+    /// then have gone; `0 ns`: they wait for as long as reads go on.
+    #[serde(default = "no_limit")]
+    pub write_wait: Nanoseconds,
     /// Added to every read: controller, PHY and interconnect.
     pub latency: Nanoseconds,
+}
+
+/// The limit of files that have none.
+const fn no_limit() -> Nanoseconds {
+    Nanoseconds(0.0)
 }
 
 /// Which command goes first.
@@ -330,6 +339,13 @@ impl Device {
         let o = &self.organisation;
         let buses = f64::from(o.channels) * f64::from(o.pseudo_channels);
         buses * o.burst.0 as f64 / (f64::from(self.timing.burst) * self.clock_period.0)
+    }
+
+    /// Bytes of all channels; addresses beyond them wrap.
+    pub fn capacity(&self) -> u64 {
+        let o = &self.organisation;
+        let banks = [o.channels, o.pseudo_channels, o.bank_groups, o.banks, o.rows];
+        banks.into_iter().fold(o.row.0, |bytes, n| bytes.saturating_mul(u64::from(n)))
     }
 
     /// Rate of one data pin, 10⁹ bits per second: all beats of a burst, also those that carry no

@@ -97,6 +97,19 @@ pub enum AccelergyError {
         /// How the sentence refers to the component.
         it: &'static str,
     },
+    /// An action that is listed with several energies.
+    #[error(
+        "the component {component} has the action `{action}` {times} times: leave one, with the \
+         energy that is meant; arguments other than `bytes` have no meaning here"
+    )]
+    ActionTwice {
+        /// The whole name of the component.
+        component: String,
+        /// The action.
+        action: String,
+        /// How often.
+        times: usize,
+    },
     /// A number that is no energy or area.
     #[error(
         "{component}: {what} = {value:?} must be zero or more, and at most 1e15: a typing error?"
@@ -232,6 +245,13 @@ impl ErtTable {
     /// The energies of these actions, per byte where an action says for how many bytes it is.
     fn energies<const N: usize>(&self, actions: [&str; N]) -> Result<[f64; N], AccelergyError> {
         let find = |wanted: &str| self.actions.iter().find(|a| same(&a.name, wanted));
+        for wanted in actions {
+            let times = self.actions.iter().filter(|a| same(&a.name, wanted)).count();
+            if times > 1 {
+                let (component, action) = (self.name.clone(), wanted.to_owned());
+                return Err(AccelergyError::ActionTwice { component, action, times });
+            }
+        }
         let missing: Vec<String> = actions
             .iter()
             .filter(|wanted| find(wanted).is_none())
@@ -280,6 +300,27 @@ fn byte(pj: f64) -> BytePrice {
 
 fn power(watts: f64) -> PowerPrice {
     PowerPrice { power: Watts(watts), free: watts == 0.0, source: SOURCE.into() }
+}
+
+/// No DRAM costs more, pJ a byte: LPDDR4 takes some 40 to 75.
+const DRAM_MOST: f64 = 100.0;
+
+/// What is odd about a table that was read from a reference table: a price of a word of DRAM that
+/// is taken for that of a byte.
+pub fn doubt(table: &EnergyTable) -> Option<String> {
+    let flat = table.dram.flat.as_ref()?;
+    let dearest = [&flat.read, &flat.write].into_iter().max_by(|a, b| {
+        let [a, b] = [a, b].map(|price| price.energy.0);
+        a.total_cmp(&b)
+    })?;
+    let is_odd = dearest.source == SOURCE && dearest.energy.0 > DRAM_MOST;
+    is_odd.then(|| {
+        format!(
+            "energy table `{}`: a byte of `dram` costs {} pJ, where LPDDR4 takes 40 to 75; if that \
+             is the price of a 64-bit word, say so: `arguments: {{bytes: 8}}` at `read` and `write`",
+            table.name, dearest.energy.0
+        )
+    })
 }
 
 /// Reads the text of an ERT, and of an ART if there is one, for a machine with this clock:

@@ -51,6 +51,9 @@ impl<'a> Watched<'a> {
             campaign.split.test.len()
         );
         self.say(wrapped(&text, 80));
+        for (table, why) in &codesign.machines.left_out {
+            self.say(format_args!("note: the energy table `{table}` is left out: {why}"));
+        }
         *held(&self.models) = (codesign.models.len(), 0);
     }
 

@@ -78,7 +78,8 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
     page
 }
 
-fn bytes(n: u64) -> String {
+/// A number of bytes.
+pub(super) fn bytes(n: u64) -> String {
     match n {
         n if n >= 10 << 20 => format!("{:.1} MiB", n as f64 / f64::from(1 << 20)),
         n if n >= 10 << 10 => format!("{:.1} KiB", n as f64 / 1024.0),

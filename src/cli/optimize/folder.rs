@@ -8,6 +8,7 @@ pub use super::super::store_folder::{Existing, Folder};
 pub const LAYOUT: Layout = Layout {
     marker: "checkpoints/progress.ckpt",
     stores: &["checkpoints"],
+    is_ours: |name| name == "run.json" || name.ends_with(".ckpt"),
     jobs: &[],
     files: &[
         "run.toml",

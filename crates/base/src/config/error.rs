@@ -9,6 +9,9 @@ const EXCERPT_MAX: usize = 100;
 /// Problems that are reported at most.
 pub const PROBLEMS_MAX: usize = 100;
 
+/// So many of them are shown; who mends these sees the next.
+const SHOWN_MAX: usize = 20;
+
 /// Everything that is wrong with one configuration file, in the order of its lines.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct ConfigError {
@@ -120,15 +123,21 @@ impl fmt::Display for ConfigError {
         if let [one] = self.problems.as_slice() {
             return one.fmt(f);
         }
-        let first = if self.problems.len() >= PROBLEMS_MAX { "the first " } else { "" };
-        write!(f, "{first}{} problems", self.problems.len())?;
+        let all = self.problems.len();
+        let more = if all >= PROBLEMS_MAX { " or more" } else { "" };
+        write!(f, "{all}{more} problems")?;
+        let shown = &self.problems[..all.min(SHOWN_MAX)];
         // What several problems are about is shown once.
-        self.problems.chunk_by(|a, b| a.place == b.place).try_for_each(|same| {
+        shown.chunk_by(|a, b| a.place == b.place).try_for_each(|same| {
             for problem in same {
                 writeln!(f)?;
                 problem.words(f)?;
             }
             same[0].place.fmt(f)
-        })
+        })?;
+        match all - shown.len() {
+            0 => Ok(()),
+            rest => write!(f, "\nand {rest}{more}"),
+        }
     }
 }

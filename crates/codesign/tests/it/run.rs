@@ -306,7 +306,12 @@ fn a_codebook_that_no_table_prices_is_refused_before_anything_is_trained() {
     let opened = |entries, more| codesign(&space(entries, more), 24.0, 12).map(drop);
     // A copy of 6 MiB at degree 3 is 96 banks of 64 KiB, rounded up to a power of two.
     opened(65_536, "").unwrap();
-    let whole = opened(65_536, "\"codebook.banks\" = 1\n").unwrap_err().to_string();
+    let one = "\"codebook.banks\" = 1\n";
+    let by_default = codesign(&space(65_536, one), 24.0, 12).unwrap();
+    let table = &by_default.machines.left_out[0].0;
+    let energy = format!("\n[[machine.energy]]\nlabel = \"rtl\"\ntable = \"{table}\"\n");
+    let named = space(65_536, one) + &energy;
+    let whole = codesign(&named, 24.0, 12).map(drop).unwrap_err().to_string();
     assert!(whole.contains("`banks` or `word` of `codebook`"), "{whole}");
     assert!(whole.contains("model rho0-sh3-mixed-cb65536"), "{whole}");
 }
@@ -323,4 +328,71 @@ fn the_joint_model_is_written_in_compressed_formats_and_looked_at() {
     }
     let best = smallest(&found.exports).expect("24 dB are not much");
     assert!(found.exports.iter().all(|e| !e.passed || e.bytes() >= best.bytes()));
+}
+
+#[test]
+fn axes_of_a_codebook_count_for_models_that_have_one() {
+    let axis = "[[machine.axes]]\nkey = \"codebook.banks\"\nvalues = [1, 2]\n";
+    let text = SPACE.replace("sh-degree = [3, 1]", "sh-degree = [3]\ncodebook = [0, 32]");
+    let text = text.replace("[machine.derived]", &format!("{axis}\n[machine.derived]"));
+    let found = finished(&codesign(&text, 24.0, 12).unwrap(), &MemoryStore::new());
+    let axes: Vec<&str> = found.rows[0].axes().into_iter().map(|(_, name)| name).collect();
+    assert_eq!(axes, ["vru.cores", "dram.channels", "codebook.banks"]);
+    for (model, row) in found.models.iter().zip(&found.rows) {
+        let has_codebook = model.point.formats.codebook.is_some();
+        let banks = |(machine, settings): (&Option<u64>, &Vec<String>)| {
+            machine.map(|_| settings[2].clone())
+        };
+        let mut banks: Vec<String> = row.settings.iter().filter_map(banks).collect();
+        // The base machine and six others, or twelve.
+        assert_eq!(row.pairs.len(), if has_codebook { 13 } else { 7 }, "{}", model.point.name());
+        banks.sort_unstable();
+        banks.dedup();
+        let wanted: &[&str] = if has_codebook { &["1", "2"] } else { &[""] };
+        assert_eq!(banks, wanted, "{}", model.point.name());
+    }
+    // A machine of both has one number.
+    let dense = &found.rows[0];
+    let with = found.models.iter().position(|m| m.point.formats.codebook.is_some()).unwrap();
+    for machine in dense.settings.keys().filter(|machine| machine.is_some()) {
+        let [own, other] = [dense, &found.rows[with]].map(|row| &row.settings[machine][..2]);
+        assert_eq!(own, other, "{machine:?}");
+    }
+    assert!(found.of(Way::MachineFirst).unwrap().found.is_ok());
+
+    // Where no model has a codebook, the axis is a mistake.
+    let none = text.replace("\ncodebook = [0, 32]", "");
+    let error = codesign(&none, 24.0, 12).map(drop).unwrap_err().to_string();
+    assert!(error.contains("`codebook.banks` changes nothing"), "{error}");
+}
+
+#[test]
+fn a_table_that_nobody_asked_for_refuses_nothing() {
+    // Entries of 8 colours are 720 B: no table of `rtl/` has so small a bank.
+    let text = SPACE.replace("sh-degree = [3, 1]", "sh-degree = [3]\ncodebook = [8]");
+    let small = codesign(&text, 24.0, 12).unwrap();
+    let [(label, why)] = &small.machines.left_out[..] else {
+        panic!("{:?}", small.machines.left_out)
+    };
+    assert!(label.starts_with("gscore-rtl-") && why.contains("B"), "{label}: {why}");
+    assert!(codesign(SPACE, 24.0, 12).unwrap().machines.left_out.is_empty());
+    // Where it is asked for, it says so.
+    let named = format!("{text}\n[[machine.energy]]\nlabel = \"rtl\"\ntable = \"{label}\"\n");
+    assert!(codesign(&named, 24.0, 12).is_err());
+}
+
+#[test]
+fn more_machines_than_anybody_prices_are_refused() {
+    let axes: String = ["buffers.feature.capacity", "buffers.tile-list.capacity"]
+        .iter()
+        .map(|key| {
+            let range = "range = { from = \"1 KiB\", to = \"4000 KiB\", step = \"1 KiB\" }";
+            format!("[[machine.axes]]\nkey = \"{key}\"\n{range}\n\n")
+        })
+        .collect();
+    let text = SPACE.replace("[machine.derived]", &format!("{axes}[machine.derived]"));
+    let error = codesign(&text, 24.0, 12).map(drop).unwrap_err().to_string();
+    assert!(error.contains("96000001 machines") && error.contains("sampling"), "{error}");
+    let some = format!("{text}\n[machine.sampling]\nmethod = \"lhs\"\npoints = 20\n");
+    assert_eq!(codesign(&some, 24.0, 12).unwrap().machines_most().unwrap(), 21);
 }

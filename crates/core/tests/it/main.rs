@@ -10,6 +10,7 @@ mod knobs;
 mod pairs;
 mod paper;
 mod pipeline;
+mod placement;
 mod run;
 mod second_master;
 mod sh_degree;

@@ -7,6 +7,9 @@ use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};
 use powergs_testkit::scenes::{front_camera, random_scene};
 
+/// So many requests under way never hold the other one back.
+const DEEP: &str = "dram.second-master.in-flight=4096";
+
 const MODELS: [&str; 4] = ["bandwidth", "calibrated", "window", "banked"];
 
 fn system(sets: &[String]) -> Result<System, String> {
@@ -49,7 +52,7 @@ fn more_for_the_other_never_makes_a_frame_faster() {
         for pattern in ["stream", "random"] {
             let at = |rate: &str| {
                 let rate = format!("dram.second-master.rate={rate}");
-                replayed(model, &[&rate, &format!("dram.second-master.pattern={pattern}")])
+                replayed(model, &[&rate, &format!("dram.second-master.pattern={pattern}"), DEEP])
             };
             let reports = ["0 B/s", "500 MB/s", "1 GB/s", "2 GB/s", "4 GB/s", "8 GB/s"].map(at);
             let mut times = reports.each_ref().map(cycles);
@@ -70,7 +73,7 @@ fn more_for_the_other_never_makes_a_frame_faster() {
 fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
     for model in MODELS {
         let alone = replayed(model, &[]);
-        let shared = replayed(model, &["dram.second-master.rate=4 GB/s"]);
+        let shared = replayed(model, &["dram.second-master.rate=4 GB/s", DEEP]);
         // Units that wait are clocked.
         let done = |r: &FrameReport| {
             let clock = |a: &Action| matches!(a, Action::Clock(_) | Action::IdleClock(_));
@@ -98,7 +101,7 @@ fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
 #[test]
 fn the_models_agree_roughly() {
     let slowdown = |model| {
-        let rate = ["dram.second-master.rate=4 GB/s"];
+        let rate = ["dram.second-master.rate=4 GB/s", DEEP];
         cycles(&replayed(model, &rate)) / cycles(&replayed(model, &[]))
     };
     let [flat, calibrated, window, banked] = MODELS.map(slowdown);
@@ -142,4 +145,17 @@ fn what_takes_everything_is_refused() {
     assert!(refused(&bare).contains("takes 111 %"));
     assert!(refused(&["dram.second-master.rate=1 B/s"]).contains("from 1 kB/s"));
     assert!(refused(&["dram.second-master.request=0 B"]).contains("from 1 B"));
+}
+
+/// The last writes of preprocessing do not wait for a pause of a master that reads without one.
+#[test]
+fn a_master_that_only_reads_does_not_keep_writes_waiting() {
+    let end = |wait: &str| {
+        let sets =
+            ["dram.second-master.rate=10 GB/s", &format!("dram:controller.write-wait={wait}")];
+        let report = replayed("banked", &sets);
+        report.timing().expect("timed").preprocessing_end
+    };
+    let (limited, free) = (end("4 us"), end("0 ns"));
+    assert!(limited + 5000 < free, "{limited} with a limit, {free} without");
 }

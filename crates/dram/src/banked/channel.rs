@@ -121,6 +121,10 @@ pub(super) struct Channel {
     pub written: Writes,
     /// Whether writes are drained.
     pub write_mode: bool,
+    /// The first CK in which writes have waited for too long while reads go on.
+    pub late_from: u64,
+    /// Writes that still go before the direction turns, because they had waited for too long.
+    pub overdue: usize,
     /// First CK after the last command, in which the direction has not been decided again.
     pub look_from: u64,
     /// First CK in which each command bus is free: that of all or of column commands, that of row
@@ -175,6 +179,8 @@ impl Channel {
             classes: [Class::STALE; 3],
             written: Writes::default(),
             write_mode: false,
+            late_from: u64::MAX,
+            overdue: 0,
             look_from: u64::MAX,
             bus_free: [0; 2],
             best: [Candidate::NEVER; 2],
@@ -261,7 +267,7 @@ impl Channel {
     #[inline]
     fn accept<const P: bool>(&mut self, burst: &Burst, now: u64, rules: Known<'_, P>) {
         if self.look_from < now {
-            self.set_direction(rules);
+            self.set_direction(now - 1, rules);
         }
         if self.is_empty() {
             self.sleep.wake(now, self.open != 0, &rules.sleep_after);
@@ -275,6 +281,9 @@ impl Channel {
         self.len[direction] += 1;
         if burst.write {
             self.written.insert(burst.number);
+            if self.len[WRITE] == 1 && !self.write_mode {
+                self.writes_wait_from(now, rules);
+            }
         }
         if first {
             self.set_keys(number, direction, rules);
@@ -284,7 +293,7 @@ impl Channel {
             }
         }
         let plain = self.due.is_empty();
-        if self.planned && plain && self.turns(rules) {
+        if self.planned && plain && self.turns(now, rules) {
             self.planned = false;
         }
         if self.planned && first && plain && self.direction() == direction {
@@ -298,7 +307,7 @@ impl Channel {
             }
         }
         let next = if self.planned { self.best_time::<P>() } else { self.bus_time::<P>() };
-        self.wake = self.wake.min(next.max(now));
+        self.wake = self.wake.min(next.max(now)).min(self.next_late(now));
     }
 
     #[inline]
@@ -314,6 +323,12 @@ impl Channel {
         if P { first } else { first.min(row) }
     }
 
+    /// The CK behind `now` in which writes will have waited for too long.
+    #[inline]
+    fn next_late(&self, now: u64) -> u64 {
+        if self.late_from > now { self.late_from } else { u64::MAX }
+    }
+
     #[inline]
     pub(super) fn direction(&self) -> usize {
         if self.write_mode { WRITE } else { READ }
@@ -325,19 +340,21 @@ impl Channel {
         if now >= self.next_refresh {
             self.refresh_due(now, rules);
         }
+        // The plan was for reads.
+        self.planned &= now < self.late_from;
         let issued = if rules.column_bus() {
             self.step_two_buses(now, rules, front)
         } else {
             self.step_one_bus(now, rules, front)
         };
         let steady = !(rules.has_extras() && self.synced.is_some()) && self.due.is_empty();
-        if issued && steady && !self.turns(rules) {
+        if issued && steady && !self.turns(now + 1, rules) {
             self.look_from = u64::MAX;
             self.plan_steadily(now + 1, rules);
         }
         let next =
             if self.planned && steady { self.best_time::<P>() } else { self.bus_time::<P>() };
-        self.wake = next.max(now + 1).min(self.next_refresh);
+        self.wake = next.max(now + 1).min(self.next_refresh).min(self.next_late(now));
         if rules.has_extras() && self.second.is_some() {
             self.wake = self.wake.min(now + 1);
         }
@@ -370,7 +387,7 @@ impl Channel {
             self.issue(candidate, now, rules, front);
             let before = self.write_mode;
             if self.due.is_empty() {
-                self.set_direction(rules);
+                self.set_direction(now, rules);
             }
             self.planned = other && before == self.write_mode && !rules.closes_rows();
         }

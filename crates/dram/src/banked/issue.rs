@@ -110,6 +110,7 @@ impl Channel {
         self.len[kind] -= 1;
         if write {
             self.written.remove(burst);
+            self.overdue = self.overdue.saturating_sub(1);
         }
     }
 

@@ -71,24 +71,38 @@ pub(super) const BY_AGE: u64 = 1 << 63;
 pub(super) const COLUMN: usize = 2;
 
 impl Channel {
-    /// Decides between reads and writes by the fill of their queues.
+    /// Decides between reads and writes by the fill of their queues and the wait of writes.
     #[inline]
-    pub(super) fn set_direction<const P: bool>(&mut self, rules: Known<'_, P>) {
+    pub(super) fn set_direction<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
         self.look_from = u64::MAX;
-        if self.turns(rules) {
+        if self.turns(now, rules) {
             self.write_mode = !self.write_mode;
+            if self.write_mode {
+                self.overdue = if now >= self.late_from { self.len[WRITE] } else { 0 };
+                self.late_from = u64::MAX;
+            } else {
+                self.writes_wait_from(now, rules);
+            }
             self.forget_classes();
         }
     }
 
-    /// Whether the direction is to change.
+    /// Whether the direction is to change in the CK `now`.
     #[inline]
-    pub(super) fn turns<const P: bool>(&self, rules: Known<'_, P>) -> bool {
+    pub(super) fn turns<const P: bool>(&self, now: u64, rules: Known<'_, P>) -> bool {
         let [reads, writes] = self.len;
         if self.write_mode {
-            writes < rules.write_low && reads > 0
+            writes < rules.write_low && reads > 0 && self.overdue == 0
         } else {
-            writes > rules.write_high || reads == 0
+            writes > rules.write_high || reads == 0 || now >= self.late_from
+        }
+    }
+
+    /// From the CK `now` on, writes wait for reads, if there are any.
+    #[inline]
+    pub(super) fn writes_wait_from<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
+        if self.len[WRITE] > 0 {
+            self.late_from = now.saturating_add(rules.write_wait);
         }
     }
 
@@ -354,10 +368,10 @@ impl Channel {
     /// Decides on the direction, unless the column of an activated row goes at once.
     #[inline]
     fn look_for_direction<const P: bool>(&mut self, now: u64, floor: u64, rules: Known<'_, P>) {
-        if !self.turns(rules) {
+        if !self.turns(now, rules) {
             self.look_from = u64::MAX;
         } else if floor > now || rules.column_bus() || !self.has_column(now, rules) {
-            self.set_direction(rules);
+            self.set_direction(now, rules);
         }
     }
 

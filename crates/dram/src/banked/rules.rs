@@ -41,6 +41,8 @@ pub(super) struct Rules {
     pub write_high: usize,
     /// Fewer writes than this end it: none at the latest.
     pub write_low: usize,
+    /// CK of reads after which writes that wait go.
+    pub write_wait: u64,
     /// Whether columns have a command bus of their own.
     pub column_bus: bool,
     /// CK of the command bus: activate, column, precharge or refresh.
@@ -128,6 +130,10 @@ impl Rules {
             queue: [c.read_queue as usize, c.write_queue as usize],
             write_high: (c.write_high * f64::from(c.write_queue)).floor() as usize,
             write_low: ((c.write_low * f64::from(c.write_queue)).ceil() as usize).max(1),
+            write_wait: match c.write_wait.0 > 0.0 {
+                true => device.ck(c.write_wait).max(1),
+                false => u64::MAX,
+            },
             column_bus: device.commands.column_bus,
             activate_cycles: activate,
             column_cycles: n(device.commands.column),

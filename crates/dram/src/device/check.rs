@@ -173,6 +173,9 @@ fn controller(device: &Device, found: &mut Found) {
     if c.latency.0 > 1e6 {
         found.push(("controller.latency", "`controller.latency` is above 1 ms".to_owned()));
     }
+    if c.write_wait.0 > 1e6 {
+        found.push(("controller.write-wait", "`controller.write-wait` is above 1 ms".to_owned()));
+    }
     let window = device.front_end.window.0;
     if window < device.organisation.burst.0 || window > 16 << 20 {
         let message = format!(

@@ -13,7 +13,7 @@ const TEXT: [&str; 5] =
     ["name", "description", "energy.scale-source", "organisation.width", "organisation.beats"];
 
 /// What a key needs to matter, and the value that it is changed to where doubling is not allowed.
-const LIFTED: [(&str, &[&str], &str); 19] = [
+const LIFTED: [(&str, &[&str], &str); 20] = [
     ("organisation.rows", &[], "8"),
     ("organisation.burst", &["organisation.beats=32"], "64 B"),
     ("timing.burst", &[], "1"),
@@ -32,6 +32,7 @@ const LIFTED: [(&str, &[&str], &str); 19] = [
     ("controller.scheduler", &[], "fcfs"),
     ("controller.page", &[], "closed"),
     ("controller.refresh", &[], "none"),
+    ("controller.write-wait", &[], "30 ns"),
     ("controller.latency", &[], "20 ns"),
 ];
 

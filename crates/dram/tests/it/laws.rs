@@ -238,3 +238,60 @@ fn writes_end_when_none_is_left_even_where_their_end_is_no_part_of_the_queue() {
     let run = banked(&device, Mode::Saturated, traffic(5, 2000, 3));
     assert_eq!(run.stats.total.requests, 2000);
 }
+
+/// Requests of one channel: a write after 100 reads, and reads that keep the memory busy for long.
+fn a_write_among_reads(reads: u64) -> Vec<(u64, Access)> {
+    let at = |i: u64| Access { write: i == 100, address: i * 64, bytes: 64 };
+    (0..reads).map(|i| (0, at(i))).collect()
+}
+
+/// When the only write of some requests is done, and when all are.
+fn written(device: &Device, requests: &[(u64, Access)]) -> (u64, u64) {
+    let done = completions(device, requests, u64::MAX);
+    let write = requests.iter().position(|(_, access)| access.write).expect("a write");
+    let of_write = done.iter().find(|d| d.1 as usize == write).expect("done").0;
+    (of_write, done.last().expect("requests").0)
+}
+
+#[test]
+fn a_write_beside_reads_waits_no_longer_than_the_limit() {
+    // Its row may have to be opened, and the reads that were activated go first.
+    const THEN: u64 = 300;
+    for name in ["lpddr4-3200-x16x2", "lpddr5-6400-x16x2", "lpddr6-10667-x12x4", "hbm2-8ch"] {
+        for scheduler in ["fr-fcfs-row-hit", "fr-fcfs", "fcfs"] {
+            let scheduler = format!("controller.scheduler={scheduler}");
+            let of = |wait: &str| {
+                let sets = ["organisation.channels=1", "controller.refresh=none", &scheduler, wait];
+                device(name, &sets)
+            };
+            let [never, late, early] =
+                ["0 ns", "1 us", "200 ns"].map(|wait| of(&format!("controller.write-wait={wait}")));
+            let requests = a_write_among_reads(6000);
+            let (waits, end) = written(&never, &requests);
+            assert!(waits + 1000 > end, "{name}: without a limit it waits for all reads");
+            for (device, ns) in [(&late, 1000.0), (&early, 200.0)] {
+                let wait = (ns / device.clock_period.0).round() as u64;
+                let (at, _) = written(device, &requests);
+                // It was accepted behind a hundred reads, at most as many as wait.
+                let (first, _) = written(device, &requests[..101]);
+                assert!(at < first + wait + THEN, "{name}, {scheduler}: {at}, {first} + {wait}");
+                assert!(at >= wait, "{name}, {scheduler}: {at} is before the limit of {wait}");
+            }
+        }
+    }
+}
+
+#[test]
+fn writes_that_waited_go_together() {
+    // Sixteen writes wait beside reads without end: one turn to writes and one back.
+    let device = device("lpddr4-3200-x16x2", &["organisation.channels=1"]);
+    let mut requests: Vec<(u64, Access)> = a_write_among_reads(6000);
+    for (i, (_, access)) in requests.iter_mut().enumerate().take(116).skip(100) {
+        *access = Access { write: true, address: i as u64 * 64, bytes: 32 };
+    }
+    let done = completions(&device, &requests, u64::MAX);
+    let of = |i: u32| done.iter().find(|d| d.1 == i).expect("done").0;
+    let times: Vec<u64> = (100..116).map(of).collect();
+    let (first, last) = (times.iter().min().expect("some"), times.iter().max().expect("some"));
+    assert!(last - first < 16 * 8 + 120, "{times:?}");
+}

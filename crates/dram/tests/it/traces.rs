@@ -27,6 +27,18 @@ fn all_forms_are_read() {
     assert_eq!(read(text.as_bytes()).expect("a trace"), wanted);
 }
 
+#[test]
+fn traces_of_dramsim3_are_read_without_their_cycles() {
+    let mut requests = Requests::new(&b"0x0 WRITE 0\n0x40 READ 10\n0x80 read 20\n0xc0 R\n"[..]);
+    let found: Vec<Access> = requests.by_ref().collect::<Result<_, _>>().expect("a trace");
+    let wanted = [(true, 0), (false, 0x40), (false, 0x80), (false, 0xc0)];
+    assert_eq!(found, wanted.map(|(write, address)| Access { write, address, bytes: 64 }));
+    assert_eq!(requests.with_cycles(), 3);
+    refused(b"0x40 READ", &["line 1", "no cycle"]);
+    refused(b"0x40 READ x", &["`x` is not a cycle", "`0x1f40 READ 10`"]);
+    refused(b"0x40 READ 3 4", &["`4` is too much"]);
+}
+
 #[track_caller]
 fn refused(text: &[u8], parts: &[&str]) {
     let error = read(text).expect_err("a broken trace");

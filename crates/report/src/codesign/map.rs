@@ -30,6 +30,10 @@ pub(super) fn chart(finished: &Finished) -> Option<Chart> {
                 let (Fate::Priced(prices), Some(settings)) = (fate, on_axes) else {
                     continue;
                 };
+                // Models without a codebook are on no axis of one.
+                if settings[axis].is_empty() {
+                    continue;
+                }
                 let price = &prices[0][0];
                 if finished.budget.limit(price).is_some() {
                     continue;

@@ -25,8 +25,7 @@ pub fn whole_machine(finished: &Finished, point: MachinePoint) -> String {
 
 /// What a machine has on the axes: `cores=2 channels=4`.
 pub fn name(finished: &Finished, point: MachinePoint) -> String {
-    let row = finished.rows.iter().find(|row| row.settings.contains_key(&point));
-    row.map_or_else(String::new, |row| row.name(point))
+    row_with(finished, point).map_or_else(String::new, |row| row.name(point))
 }
 
 /// A pair in a few words.
@@ -41,7 +40,18 @@ pub fn axes(finished: &Finished) -> Vec<(usize, &str)> {
 
 /// What a machine has in the columns of the axes.
 pub fn settings(finished: &Finished, point: MachinePoint) -> Option<&[String]> {
-    finished.rows.iter().find_map(|row| row.settings.get(&point)).map(Vec::as_slice)
+    row_with(finished, point)?.settings.get(&point).map(Vec::as_slice)
+}
+
+/// The first row that has a machine on the most axes: models without a codebook have it without
+/// those of the codebook.
+fn row_with(finished: &Finished, point: MachinePoint) -> Option<&Row> {
+    let values = |row: &&Row| {
+        let settings = row.settings.get(&point);
+        settings.map(|all| all.iter().filter(|value| !value.is_empty()).count())
+    };
+    let rows = finished.rows.iter().rev().filter(|row| row.settings.contains_key(&point));
+    rows.max_by_key(values)
 }
 
 /// The keys of a machine that differ from another: `vru.cores 4 → 2`.

@@ -52,6 +52,11 @@ pub struct SweepFile {
     /// Which points of the space are taken.
     #[serde(default)]
     pub sampling: Sampling,
+    /// Whether the conditions of axes may hold at none of the points: where several sweeps have the
+    /// same axes, so that points have the same numbers in all of them.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub has_common_axes: bool,
     /// The text, for the places of problems.
     #[serde(skip)]
     #[schemars(skip)]

@@ -53,6 +53,8 @@ pub struct Space {
     display: Option<String>,
     display_fps: f64,
     sampling: Sampling,
+    /// [`SweepFile::has_common_axes`].
+    has_common_axes: bool,
     library: Library,
 }
 
@@ -159,6 +161,7 @@ impl Space {
             display: file.display.clone(),
             display_fps: file.display_fps,
             sampling: file.sampling.clone(),
+            has_common_axes: file.has_common_axes,
             library,
         };
         // Names of axes are known only if every axis could be read.

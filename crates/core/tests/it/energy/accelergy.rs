@@ -4,7 +4,7 @@ use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
-use powergs_energy::accelergy::{AccelergyError, TEXT_MAX, table};
+use powergs_energy::accelergy::{AccelergyError, TEXT_MAX, doubt, table};
 use powergs_energy::action::{Action, Buffer};
 use powergs_energy::{DramCosts, EnergyTable};
 
@@ -118,7 +118,25 @@ fn a_machine_with_a_cache_needs_its_price() {
 }
 
 #[test]
+fn a_word_of_dram_in_place_of_a_byte_is_doubted() {
+    let with = |energy: &str, arguments: &str| {
+        let text = ert();
+        let (head, dram) = text.split_once("chip.dram").expect("a component");
+        let dram = dram.replacen("energy: 37.0", &format!("energy: {energy}"), 1);
+        let dram = dram.replacen("arguments:", &format!("arguments:{arguments}"), 1);
+        doubt(&read(&format!("{head}chip.dram{dram}"), None).expect("a table"))
+    };
+    let said = with("512.0", "").expect("a doubt");
+    assert!(said.contains("512 pJ") && said.contains("bytes: 8"), "{said}");
+    assert_eq!(with("512.0", "\n                bytes: 8"), None);
+    assert_eq!(with("64.0", ""), None);
+}
+
+#[test]
 fn what_is_missing_or_wrong_is_named() {
+    let twice = "        -   name: pivot_key\n            energy: 9.0\n";
+    let qsu = "chip.qsu\n        actions:\n";
+    refused(&ert().replace(qsu, &format!("{qsu}{twice}")), "the action `pivot_key` 2 times");
     refused(&ert().replace("chip.qsu", "chip.sorter"), "no `qsu`");
     refused(
         &ert().replace("chip.qsu", "chip.a").replace("chip.dram", "chip.b"),

@@ -205,6 +205,7 @@ impl Sweep {
             derived: Settings::default(),
             constraints: self.constraints.clone(),
             sampling: self.sampling.clone(),
+            has_common_axes: false,
             text: String::new(),
         };
         let text = toml::to_string(&file).map_err(|e| RunError::Internal(e.to_string()))?;
