@@ -241,7 +241,7 @@ pub fn charts(story: &Story<'_>) -> Vec<Chart> {
 fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
     let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
-    let name = format!("{} over {}", shortened(&story.name, 24), story.priced);
+    let name = format!("{} over {}", shortened(&story.name, 16), story.priced);
     Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) })
 }
 

@@ -111,15 +111,14 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     crate::cli::explain::assert_explained(&path, &[]);
 }
 
-/// Test views that are seen from nearer or farther than the others, and what a run says of them.
-fn with_test_views_at(folder: &Path, distance: f64) -> String {
+/// What a run says whose test views are so many times as far away as they were, and the others so
+/// many: from afar there is much black around things, in which no model differs.
+fn seen_from(folder: &Path, test: f64, others: f64) -> String {
     let mut tiny = stage(folder, 300);
     for (i, camera) in tiny.cameras.iter_mut().enumerate() {
         let is_test = i % 4 == 1;
         camera.split = Some(if is_test { Split::Test } else { Split::Train });
-        if is_test {
-            camera.centre *= distance;
-        }
+        camera.centre *= if is_test { test } else { others };
     }
     fs::write(folder.join("cameras.json"), inria::write(&tiny.cameras)).unwrap();
     let more = with(&["--quality-db", "30", "--rhos", "0.3", "--iterations", "20"]);
@@ -131,13 +130,13 @@ fn with_test_views_at(folder: &Path, distance: f64) -> String {
 fn quality_that_is_not_seen_in_views_that_did_not_choose_is_told_beside_the_watts() {
     let says = "test views, which did not choose it: ";
     let folder = tempfile::tempdir().unwrap();
-    let summary = with_test_views_at(folder.path(), 0.6);
+    let summary = seen_from(folder.path(), 1.0, 2.5);
     let beside = summary.lines().skip_while(|line| !line.contains(" saved over ")).nth(1);
     assert!(beside.is_some_and(|line| line.starts_with(says)), "{summary}");
     assert!(summary.contains("less than asked for"), "{summary}");
     // Where they see more than was promised, there is nothing to tell.
     let folder = tempfile::tempdir().unwrap();
-    let summary = with_test_views_at(folder.path(), 2.0);
+    let summary = seen_from(folder.path(), 2.5, 1.0);
     assert!(summary.contains(" saved over ") && !summary.contains(says), "{summary}");
     // Which views lost most, with the worst first.
     let lost = summary.split("Views that lost most").nth(1).unwrap();

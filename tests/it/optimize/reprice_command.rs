@@ -33,7 +33,11 @@ fn results(folder: &Path, run: &str) -> Results {
 
 /// The samples of a run, and the model that was made for its optimum.
 fn curve(results: &Results) -> Vec<&ModelRecord> {
-    results.models.iter().filter(|m| m.name.contains("sample") || m.name == "optimum").collect()
+    results
+        .models
+        .iter()
+        .filter(|m| m.name.contains("sample") || m.name.contains("optimum"))
+        .collect()
 }
 
 #[test]

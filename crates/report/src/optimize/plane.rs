@@ -1,5 +1,5 @@
-//! The plane of display and accelerator power: models that reach the target, the curve through them, lines of equal
-//! total power.
+//! The plane of display and accelerator power: models that reach the target, the curve through
+//! them, lines of equal total power.
 
 use super::{MISSED, RESULT, Story, colour};
 use crate::format::{significant, watt_unit};
