@@ -3,9 +3,10 @@
 use powergs_core::run::MemoryStore;
 use powergs_optimize::campaign::Finished;
 use powergs_optimize::oracle::PaperOracle;
+use powergs_optimize::references::{Reference, ReferenceImages};
 use powergs_optimize::request::{Goal, Goals, LEAST_GATE, Request};
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::Settings;
+use powergs_optimize::settings::{Gate, Settings};
 use powergs_quality::likeness;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::camera::orbit::Orbit;
@@ -75,6 +76,41 @@ fn with_views_between_the_others_the_promise_is_what_is_seen_from_everywhere() {
     let (too_much, too_little) = (off(1, 0), off(6, 0));
     assert!(too_much < -2.0 && too_little > 1.0, "{too_much}, {too_little}");
     let (less, more) = (off(1, LEAST_GATE), off(6, LEAST_GATE));
-    println!("{less} {more}");
     assert!(less.abs() < 0.5 * too_much.abs() && more.abs() < too_little, "{less}, {more}");
+}
+
+#[test]
+fn views_are_made_only_where_one_more_costs_a_render_and_they_never_train() {
+    let dense = tiny(300, 8, (8, 8)).dense;
+    let opened = |change: &dyn Fn(&mut Request)| {
+        let mut asked = asked(&dense, 0, 12);
+        change(&mut asked);
+        open(asked)
+    };
+    let campaign = opened(&|_| ());
+    let split = &campaign.split;
+    assert_eq!(campaign.gate_views(), 12);
+    assert_eq!(campaign.cameras.len(), 8 + split.made);
+    assert!(split.made >= 10 && split.train.iter().chain(&split.test).all(|view| *view < 8));
+    assert_eq!(campaign.priced.to_string(), "8 views of 48x36");
+    // Half way between two views of the circle first, each pair once.
+    let mut names: Vec<&str> = campaign.cameras.iter().map(|c| c.name.as_str()).collect();
+    assert!(names[8..16].iter().all(|name| name.starts_with("between_0.5_orbit_")), "{names:?}");
+    let all = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), all);
+    let made = |change: &dyn Fn(&mut Request)| opened(change).split.made;
+    assert_eq!(made(&|r| r.least_gate = 0), 0);
+    assert_eq!(made(&|r| r.settings.gate = Gate::Test), 0);
+    let photos = |r: &mut Request| {
+        let options = Options::reference(Detail::Image);
+        let photo = |c: &Camera| Reference::new(&render(&r.dense, c, &options).picture);
+        let photos: Vec<Reference> = r.cameras.iter().map(photo).collect();
+        r.references = ReferenceImages::Photos(Box::new(photos));
+    };
+    assert_eq!(made(&photos), 0);
+    // Inside of things nothing is like what is seen from outside.
+    let across = |r: &mut Request| r.cameras = circle(3);
+    assert_eq!(made(&across), 0);
 }
