@@ -36,14 +36,17 @@ impl FileReferences {
         let mut path = std::env::temp_dir().join(&name);
         let mut options = OpenOptions::new();
         options.read(true).write(true).create_new(true);
-        // Somebody else's file of that name is left alone.
-        for attempt in 0..1000 {
+        // Somebody else's file of that name is left alone, that of another thread too.
+        let mut attempt = 0;
+        let file = loop {
             path.set_file_name(format!("{name}-{attempt}"));
-            if !path.exists() {
-                break;
+            match options.open(&path) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists && attempt < 1000 => {
+                    attempt += 1;
+                }
+                opened => break opened.or_exit(Exit::Usage, path.display())?,
             }
-        }
-        let file = options.open(&path).or_exit(Exit::Usage, path.display())?;
+        };
         let path = fs::remove_file(&path).err().map(|_| path);
         let (file, failure) = (Mutex::new(file), Mutex::new(None));
         Ok(FileReferences { file, places: Vec::new(), end: 0, hash: Xxh3::new(), failure, path })

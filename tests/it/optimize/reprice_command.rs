@@ -97,7 +97,8 @@ fn a_run_is_priced_anew_without_training() {
         let to = flag.trim_start_matches('-');
         let (code, said) = reprice(folder, to, &[flag, "96x72", "--power-views", "2"]);
         assert_eq!(code, Some(0), "{said}");
-        assert!(said.contains("saved over 2 of 8 views of 96x72"), "{said}");
+        let summary = fs::read_to_string(folder.join(to).join("summary.md")).unwrap();
+        assert!(summary.contains("saved over 2 of 8 views of 96x72"), "{summary}");
         let large = results(folder, to);
         assert_eq!(large.dense().unwrap().gate, first.dense().unwrap().gate);
         assert!(large.dense().unwrap().render_w > first.dense().unwrap().render_w);

@@ -8,6 +8,7 @@ use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::ratio_study::{RATIOS, ratios};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::Settings;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{DisplayTerm, Pruning};

@@ -132,8 +132,8 @@ pub(super) fn section(page: &mut Document, story: &Story<'_>) {
     page.paragraph(Text::marked(
         "All powers have the unit of the total. Standby is what the accelerator draws whatever it \
          renders: leakage, DRAM background and refresh. With rendering it makes up the \
-         accelerator, which charts and other tables have. Pruning is used up where no model that passes is pruned further, dimming where \
-         no quality is left above the target.",
+         accelerator, which charts and other tables have. Pruning is used up where no model that \
+         passes is pruned further, dimming where no quality is left above the target.",
     ));
     let several = story.grades.iter().filter(|g| g.result.is_some()).count() > 1;
     if several {

@@ -29,8 +29,8 @@ pub(super) const OPTIMIZER: &[Term] = &[
     term(
         &["quality"],
         "",
-        "The target that a model was made for: H, M or L, or a share or decibels as they were asked \
-         for.",
+        "The target that a model was made for: H, M or L, or a share or decibels as they were \
+         asked for.",
     ),
     term(
         &["mostly"],
@@ -146,8 +146,8 @@ pub(super) const OPTIMIZER: &[Term] = &[
     term(
         &["render", "render_w", "R"],
         "W",
-        "Power of the accelerator at the display rate, standby included: mean over the views of the \
-         power.",
+        "Power of the accelerator at the display rate, standby included: mean over the views of \
+         the power.",
     ),
     term(
         &["display_w", "D", "gate_display_w"],
