@@ -22,7 +22,7 @@ use super::views::{PowerCameras, PowerViews};
 /// Weights of the display term, without unit, for the study of λ.
 const SWEEP: [f64; 8] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3];
 /// Gate views where a view more costs a render.
-pub const LEAST_GATE: usize = 16;
+pub const LEAST_GATE: usize = 24;
 /// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.
 const OPERATIONS: f64 = 13.0 + 11.0;
 

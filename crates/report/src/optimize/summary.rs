@@ -183,7 +183,7 @@ impl Story<'_> {
             let n = self.views.0;
             notes.push(format!(
                 "the test views miss the target. {n} gate view{} decided; with more of them \
-                 (--validation 4, without photos --least-gate 32) or a higher target the result is \
+                 (--validation 4, without photos --least-gate 48) or a higher target the result is \
                  safer",
                 if n == 1 { "" } else { "s" }
             ));
