@@ -230,7 +230,7 @@ impl Priced {
         Some(format!(
             "power was counted at {}, below the {width}x{height} of the cameras: at full size \
              rendering is a larger part of it, and more pruning pays. Give the size that is shown \
-             (--power-size)",
+             (--power-size; with --foveated --size)",
             self.size_text()
         ))
     }

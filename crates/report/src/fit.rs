@@ -25,12 +25,12 @@ pub fn chart(fit: &Fit, name: &str) -> Chart {
 pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> Chart {
     let missed = fit.samples.iter().filter(|s| !passed(s.rho)).count();
     let quality = match missed {
-        0 => "on the target".to_owned(),
-        n => format!("on the target, but for {n} just below it"),
+        0 => String::new(),
+        n => format!(", {n} just below the target"),
     };
     let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
     let subtitle = format!(
-        "{}, {} samples {quality}. R² {} and {}, relative error {} and {} \
+        "{}: {} samples{quality}; R² {} and {}, relative errors {} and {} \
          (display, accelerator)",
         shortened(name, 60),
         fit.samples.len(),
