@@ -423,6 +423,7 @@ def optimize(
     display_ratio: float | None = None,
     fps: float = 60.0,
     size: _Size | None = None,
+    power_size: _Size | None = None,
     rhos: Sequence[float] | None = None,
     iterations: int | None = None,
     final_iterations: int | None = None,

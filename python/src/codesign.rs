@@ -371,6 +371,7 @@ pub fn codesign(
     let request = Request {
         goals: Goals { goal: Some(goal), ..Goals::default() },
         settings,
+        least_gate: 0,
         ..Request::new(scene.label(), dense, views, oracle, display)
     };
     let store = store.map(path_text).transpose()?;

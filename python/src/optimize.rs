@@ -31,14 +31,16 @@ use powergs_optimize::outcome::Outcome;
 use powergs_optimize::photos::Photo;
 use powergs_optimize::references::ReferenceImages;
 use powergs_optimize::renderer::Processor;
-use powergs_optimize::request::{Goal, Goals, Request};
+use powergs_optimize::request::{Goal, Goals, LEAST_GATE, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::Level;
 use powergs_optimize::tune::Iteration;
+use powergs_optimize::views::{PowerCameras, PowerViews};
 use powergs_optimize::watch::CampaignWatch;
 use powergs_report::optimize::{Story, charts, document};
+use powergs_scene::camera::lens::without_lens;
 use powergs_scene::{Camera, Gaussians};
 
 /// What a worker tells whoever waits.
@@ -443,12 +445,17 @@ fn photographed(
 /// display : str or path, optional
 ///     The panel.
 /// display_ratio : float, optional
-///     The panel is scaled so that the dense model's display power is so many times its rendering
-///     power.
+///     The panel is scaled so that the dense model's display power is so many times that of the
+///     accelerator.
 /// fps : float
 ///     Frames shown per second.
 /// size : (int, int), optional
-///     Width and height of the views, pixels, in place of their own.
+///     Width and height that models train and are compared at, pixels, in place of those of the
+///     views.
+/// power_size : (int, int), optional
+///     Width and height that power is counted at, pixels: that of the screen. Without it, that of
+///     the views, whatever ``size`` says. Where it is larger than ``size``, power is a mean over at
+///     most 16 views, evenly spaced.
 /// rhos : list of float, optional
 ///     Shares to prune that are tried, ascending.
 /// iterations, final_iterations : int, optional
@@ -468,9 +475,9 @@ fn photographed(
 ///     As for ``Trace.replay``; counts iterations.
 #[pyfunction]
 #[pyo3(signature = (scene, cameras, *, photos=None, quality=None, machine=None, display=None,
-                    display_ratio=None, fps=60.0, size=None, rhos=None, iterations=None,
-                    final_iterations=None, baselines=false, seed=1, store=None, memory=None,
-                    callback=None, progress=None))]
+                    display_ratio=None, fps=60.0, size=None, power_size=None, rhos=None,
+                    iterations=None, final_iterations=None, baselines=false, seed=1, store=None,
+                    memory=None, callback=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn optimize(
     py: Python<'_>,
@@ -483,6 +490,7 @@ pub fn optimize(
     display_ratio: Option<f64>,
     fps: f64,
     size: Option<(u32, u32)>,
+    power_size: Option<(u32, u32)>,
     rhos: Option<Vec<f64>>,
     iterations: Option<u32>,
     final_iterations: Option<u32>,
@@ -518,6 +526,21 @@ pub fn optimize(
         None => (resized(cameras.views().to_vec(), size)?, ReferenceImages::own()),
         Some(photos) => photographed(cameras, &photos, checked_size(size)?)?,
     };
+    let straight = |camera: &Camera| {
+        let lens = cameras.lens(camera);
+        lens.and_then(|lens| without_lens(camera, lens)).unwrap_or_else(|| camera.clone())
+    };
+    let whole: Vec<Camera> = cameras.views().iter().map(straight).collect();
+    let full = whole.iter().max_by_key(|c| u64::from(c.width) * u64::from(c.height));
+    let full_size = full.map(|c| [c.width, c.height]);
+    let shown = resized(whole, power_size)?;
+    let sizes = |cameras: &[Camera]| -> Vec<[u32; 2]> {
+        cameras.iter().map(|c| [c.width, c.height]).collect()
+    };
+    let power_cameras = match sizes(&shown) == sizes(&views) {
+        true => PowerCameras::Same,
+        false => PowerCameras::Shown(shown),
+    };
     let schedule = match rhos {
         Some(rhos) => Schedule::listed(&rhos).map_err(|e| refused(&e))?,
         None => Schedule::FIVE,
@@ -543,7 +566,10 @@ pub fn optimize(
         references,
         background: [0.0; 3],
         validation_every: 0,
-        power_views: powergs_optimize::views::PowerViews::All,
+        least_gate: LEAST_GATE,
+        power_cameras,
+        power_views: PowerViews::Usual,
+        full_size,
         goals,
         renderer: Box::new(Processor),
         oracle,

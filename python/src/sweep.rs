@@ -247,7 +247,7 @@ impl SweepResult {
 
     fn __repr__(&self) -> String {
         let tally = self.results.tally;
-        let cell = |row| self.results.cell(row, MODEL).map(Cell::text);
+        let cell = |row: &Vec<Cell>| self.results.cell(row, MODEL).map(Cell::text);
         let mut models: Vec<String> = self.results.means().filter_map(cell).collect();
         models.sort();
         models.dedup();

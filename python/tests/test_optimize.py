@@ -49,6 +49,15 @@ def test_the_result_has_model_tables_pictures_and_charts(found, scene, views) ->
     assert "<table" in found._repr_html_() and "dB" in str(found)
 
 
+def test_power_is_counted_at_the_size_that_is_shown(scene, views) -> None:
+    few = {**SMALL, "iterations": 2, "final_iterations": 2, "rhos": [0.1], "quality": 10.0}
+    trained = powergs.optimize(scene, views, **few, size=(24, 20))
+    assert trained.to_dict()["priced"]["size"] == [48, 40]
+    shown = powergs.optimize(scene, views, **few, size=(24, 20), power_size=(96, 80))
+    assert shown.to_dict()["priced"]["size"] == [96, 80]
+    assert shown.models["render_w"][0] > trained.models["render_w"][0]
+
+
 def test_callbacks_hear_every_iteration_in_order(found, scene, views) -> None:
     heard: list[dict[str, object]] = []
     seen: list[tuple[int, int]] = []

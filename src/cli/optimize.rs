@@ -21,9 +21,12 @@ use super::{Context, Exit, Failure, gaze, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
+use powergs_optimize::request::LEAST_GATE;
 use powergs_optimize::settings::Settings;
-use powergs_optimize::target::{Level, TargetRule};
+use powergs_optimize::target::Level;
+use powergs_optimize::views::PowerViews;
 use powergs_report::format::wrapped;
+use powergs_report::optimize::asked;
 use watch::Watched;
 
 /// Shown under `optimize --help`.
@@ -36,7 +39,10 @@ Examples:
   powergs-sim optimize model.ply --images photos/ --baselines --out runs/all
   powergs-sim optimize model.ply --images photos/ --foveated --out runs/fr
   powergs-sim optimize ...the same arguments... --resume
+  powergs-sim optimize model.ply --images photos/ --size 400x300 \\
+      --power-size 1920x1080 --out runs/hd
   powergs-sim optimize --reprice runs/snow --display oled-d22 --fps 72
+  powergs-sim optimize --reprice runs/snow --power-size 2064x2208
 
 The result is runs/snow/final.ply, and its trace for the simulator:
   powergs-sim replay runs/snow/final.bin
@@ -62,8 +68,8 @@ pub struct Args {
     /// Throw away the run in the folder
     #[arg(long)]
     pub force: bool,
-    /// Price the models of a finished run anew, for the machine, panel or display rate that is
-    /// given beside it: nothing is trained
+    /// Price the models of a finished run anew, for the machine, panel, display rate, size or views
+    /// that are given beside it: nothing is trained
     #[arg(long, value_name = "RUN", conflicts_with_all = [
         "model", "demo", "detail", "dry_run", "lpips_weights",
         "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs",
@@ -81,6 +87,12 @@ pub struct Args {
     /// Which views there are, and what they should look like.
     #[command(flatten)]
     pub views: ViewArgs,
+    /// Image size that models train and are compared at, pixels [default: that of the cameras, or
+    /// of smaller photos]; photos are averaged down to it, and must have its aspect. With
+    /// --reprice, as --power-size
+    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
+    #[arg(help_heading = "Views")]
+    pub size: Option<(u32, u32)>,
     /// How good the result must be.
     #[command(flatten)]
     pub quality: QualityArgs,
@@ -181,10 +193,6 @@ pub struct ViewArgs {
     /// Only every K-th view, starting with the first
     #[arg(hide_short_help = true, long, value_name = "K")]
     pub every: Option<std::num::NonZeroUsize>,
-    /// Image size, pixels [default: that of the cameras, or of smaller photos]; photos are averaged
-    /// down to it, and must have its aspect
-    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
-    pub size: Option<(u32, u32)>,
     /// Background: black, white, or r,g,b from 0 to 1
     #[arg(hide_short_help = true, long, default_value = "black")]
     pub background: Background,
@@ -198,12 +206,11 @@ pub struct ViewArgs {
     /// Views that decide whether a model passes; `test` as the published code does
     #[arg(hide_short_help = true, long, value_enum, default_value = "validation")]
     pub gate: GateArg,
-    /// Views that power is a mean over
-    #[arg(hide_short_help = true, long, value_enum, default_value = "all")]
-    pub power_views: PowerViewsArg,
-    /// Mean power over a smooth path of N frames through the views instead
-    #[arg(hide_short_help = true, long, value_name = "N", conflicts_with = "power_views")]
-    pub path_frames: Option<usize>,
+    /// Without photos: at least so many gate views; those that the file does not have are made
+    /// between the others, because few views say little of all. 0 makes none
+    #[arg(hide_short_help = true, long, value_name = "N", default_value_t = LEAST_GATE)]
+    #[arg(conflicts_with = "images")]
+    pub least_gate: usize,
 }
 
 /// What the model is compared with.
@@ -224,12 +231,12 @@ pub enum GateArg {
 }
 
 /// Views that power is a mean over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum PowerViewsArg {
-    /// All views
-    All,
-    /// The test views, as the published code
-    Test,
+fn power_views(text: &str) -> Result<PowerViews, String> {
+    match text {
+        "all" => Ok(PowerViews::All),
+        "test" => Ok(PowerViews::Test),
+        n => n.parse().map(PowerViews::Spread).map_err(|_| "all, test, or how many: 16".into()),
+    }
 }
 
 /// How good the result must be.
@@ -292,7 +299,7 @@ pub struct PowerArgs {
     /// Display preset: a name or a TOML file [default: oled-powergs]
     #[arg(long, value_name = "PRESET")]
     pub display: Option<String>,
-    /// Scale the panel so that the dense model's display power is R times its rendering power
+    /// Scale the panel so that the dense model's display power is R times that of the accelerator
     /// [default: the panel as it is, with --demo 2]
     #[arg(long, value_name = "R")]
     pub display_ratio: Option<f64>,
@@ -300,6 +307,24 @@ pub struct PowerArgs {
     /// [default: 60]
     #[arg(long, value_name = "RATE", value_parser = super::replay::display_rate)]
     pub fps: Option<f64>,
+    /// Image size that power is counted at, pixels: that of the screen; another aspect keeps the
+    /// vertical field of view [default: that of the cameras, whatever --size says]
+    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
+    pub power_size: Option<(u32, u32)>,
+    /// Camera file of the views that power is counted in [default: those of --cameras]
+    #[arg(hide_short_help = true, long, value_name = "PATH")]
+    pub power_cameras: Option<PathBuf>,
+    /// Count power in pairs of these views, this far apart (world units): both eyes in each period
+    /// of the display, and two panels
+    #[arg(hide_short_help = true, long, value_name = "EYE_DISTANCE")]
+    pub power_stereo: Option<f64>,
+    /// Views that power is a mean over: all, test, or so many, evenly spaced [default: all; at most
+    /// 16 where they are larger than --size]
+    #[arg(hide_short_help = true, long, value_name = "all|test|N", value_parser = power_views)]
+    pub power_views: Option<PowerViews>,
+    /// Mean power over a smooth path of N frames through the views instead
+    #[arg(hide_short_help = true, long, value_name = "N", conflicts_with = "power_views")]
+    pub path_frames: Option<usize>,
 }
 
 /// How it is searched.
@@ -318,6 +343,10 @@ pub struct SearchArgs {
     /// for the rendering end
     #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.iterations)]
     pub iterations: u32,
+    /// With photos and a share as the target: iterations of the model that it is a share of
+    #[arg(hide_short_help = true)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.held_out_iterations)]
+    pub held_out_iterations: u32,
     /// Iterations of the first sample, relative to the others
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.first_effort)]
@@ -509,21 +538,18 @@ fn say_target(campaign: &Campaign, context: &Context) {
     if context.global.quiet {
         return;
     }
-    let goal = match campaign.plan.variants.first().map(|v| v.rule) {
-        Some(TargetRule::Share(share)) => {
-            format!("{:.1} % of the dense model's PSNR and SSIM", 100.0 * share)
-        }
-        Some(TargetRule::Absolute(q)) if q.ssim > 0.0 => {
-            format!("{:.2} dB and SSIM {:.4}", q.psnr_db, q.ssim)
-        }
-        Some(TargetRule::Absolute(q)) => format!("{:.2} dB", q.psnr_db),
-        None => return,
-    };
+    let goal = asked(campaign);
     let (gate, test) = (campaign.gate_views(), campaign.split.test.len());
+    let made = match campaign.split.made {
+        0 => String::new(),
+        n => format!(" ({n} of them made between those of the file)"),
+    };
     let what = format!(
-        "target: {goal}, over {gate} gate views, which decide; {test} test views are only reported"
+        "target: {goal}, over {gate} gate views{made}, which decide; {test} test views are only \
+         reported"
     );
     out::complain(wrapped(&what, 80));
+    out::complain(wrapped(&format!("power: over {}", campaign.priced), 80));
 }
 
 /// Says which regions no view has.

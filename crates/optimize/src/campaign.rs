@@ -30,7 +30,7 @@ use super::renderer::Renderer;
 use super::request::Foveation;
 use super::settings::{Gate, Settings};
 use super::setup::Setup;
-use super::views::ViewSplit;
+use super::views::{Priced, ViewSplit};
 use super::watch::CampaignWatch;
 
 /// An optimisation with everything that it needs, checked. Fields are those of [`Request`], as
@@ -44,7 +44,7 @@ pub struct Campaign {
     pub dense: Gaussians,
     /// Further models to compare with.
     pub externals: Vec<(String, Gaussians)>,
-    /// All views.
+    /// All views; after those of the request, those that were made between them to gate.
     pub cameras: Vec<Camera>,
     /// What they should look like.
     pub references: ReferenceImages,
@@ -54,6 +54,8 @@ pub struct Campaign {
     pub split: ViewSplit,
     /// The views that power is a mean over.
     pub power_views: Vec<Camera>,
+    /// What these are: how many of how many, and how large.
+    pub priced: Priced,
     /// What trains and looks.
     pub renderer: Box<dyn Renderer>,
     /// What rendering costs.

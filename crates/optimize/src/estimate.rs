@@ -250,7 +250,8 @@ impl Campaign {
     /// Memory of the run, bytes, at most: for every thread a view and its reference.
     fn memory_b(&self) -> u64 {
         let threads = rayon::current_num_threads() as u64;
-        let largest = self.pixels().max().unwrap_or(0);
+        let power = self.power_views.iter().map(|c| u64::from(c.width) * u64::from(c.height));
+        let largest = self.pixels().chain(power).max().unwrap_or(0);
         let copies = TRAINING_COPIES.max(MEASURING_COPIES + threads);
         copies * model_bytes(self.dense.len(), self.dense.sh_degree)
             + BASE_B

@@ -43,6 +43,15 @@ pub enum Invalid {
     /// A path without frames or views.
     #[error("path_frames: a path needs 1 to 100000 frames and at least two views")]
     Path,
+    /// Power over the test views of cameras of which none is one.
+    #[error("power_views: the cameras of power have no test views; take all of them")]
+    NoTestViews,
+    /// Levels of the periphery at another size than they are trained at.
+    #[error(
+        "power_cameras: levels of the periphery are for the size that they are trained at, so \
+         their power is counted with the views as they are"
+    )]
+    LevelsAtOtherSize,
     /// A virtual screen that cannot be.
     #[error("screen: {0}")]
     Screen(#[from] powergs_frame::fovea::GazeError),

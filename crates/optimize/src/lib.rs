@@ -20,6 +20,7 @@
 #![warn(clippy::missing_errors_doc)]
 
 pub mod adam;
+mod between;
 pub mod campaign;
 pub mod checkpoint;
 pub mod claims;

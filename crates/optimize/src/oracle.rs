@@ -13,6 +13,7 @@ use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
 use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
+use powergs_core::run::frames::eyes;
 use powergs_core::sim::{FrameReport, Label, SimError};
 use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
@@ -134,8 +135,26 @@ pub trait PowerOracle: Send + Sync {
         background: [f32; 3],
     ) -> Result<Parts, SimError>;
 
-    /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
-    /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
+    /// Watts of showing these views, one after the other in each period of the display: both eyes
+    /// of a pair.
+    ///
+    /// # Errors
+    /// As [`PowerOracle::frame`].
+    fn views(
+        &self,
+        shots: Vec<(RenderedFrame, &Camera)>,
+        background: [f32; 3],
+    ) -> Result<Parts, SimError> {
+        let mut all = Parts::default();
+        for (shot, camera) in shots {
+            all.add(&self.frame(shot, camera, background)?, 1.0);
+        }
+        Ok(all)
+    }
+
+    /// Mean power of `scene` over `views`, which must not be empty; of pairs that of both eyes with
+    /// two panels. The display term is that of the displayed images (8 bits a channel). Frames are
+    /// worked on in parallel and added in order.
     ///
     /// # Errors
     /// As [`PowerOracle::frame`].
@@ -148,14 +167,18 @@ pub trait PowerOracle: Send + Sync {
     ) -> Result<Watts, SimError> {
         assert!(!views.is_empty(), "power is a mean over at least one view");
         let options = Options { background, ..Options::reference(Detail::Counters) };
-        let frames: Vec<Result<(Parts, f64), SimError>> = views
-            .par_iter()
-            .map(|camera| {
+        let frame = |views: &[Camera]| {
+            let mut display_w = 0.0;
+            let mut shots = Vec::with_capacity(views.len());
+            for camera in views {
                 let rendered = render(scene, camera, &options);
-                let display_w = display.power(rendered.picture.mean_linear_rgb()).0;
-                Ok((self.frame(RenderedFrame::Plain(rendered), camera, background)?, display_w))
-            })
-            .collect();
+                display_w += display.power(rendered.picture.mean_linear_rgb()).0;
+                shots.push((RenderedFrame::Plain(rendered), camera));
+            }
+            Ok((self.views(shots, background)?, display_w))
+        };
+        let frames: Vec<Result<(Parts, f64), SimError>> =
+            views.par_chunks(eyes(views)).map(frame).collect();
         Ok(Watts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
     }
 }
@@ -253,6 +276,18 @@ impl PowerOracle for CycleOracle {
         background: [f32; 3],
     ) -> Result<Parts, SimError> {
         Ok(self.parts(&self.report(shot, camera, background)?))
+    }
+
+    /// Standby is paid once, for the time of both.
+    fn views(
+        &self,
+        shots: Vec<(RenderedFrame, &Camera)>,
+        background: [f32; 3],
+    ) -> Result<Parts, SimError> {
+        let reports = shots.into_iter().map(|(shot, camera)| self.report(shot, camera, background));
+        let reports: Vec<FrameReport> = reports.collect::<Result<_, _>>()?;
+        let whole = reports.into_iter().reduce(FrameReport::with_right);
+        Ok(whole.map_or_else(Parts::default, |report| self.parts(&report)))
     }
 }
 

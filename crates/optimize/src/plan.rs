@@ -14,7 +14,6 @@ use super::schedule::Schedule;
 use super::settings::Settings;
 use super::slack::{SlackPrice, Spending};
 use super::target::{Quality, Target, TargetRule};
-pub(crate) use search::sample_name;
 use search::{AROUND, Search, measured};
 
 /// A quality that models are made for.
@@ -80,7 +79,7 @@ impl Plan {
         };
         let all: u64 = (0..self.variants.len()).map(of_variant).sum();
         let held_out =
-            if self.holds_out && is_whole { u64::from(settings.first_budget()) } else { 0 };
+            if self.holds_out && is_whole { u64::from(settings.held_out_iterations) } else { 0 };
         let swept = self.sweep_weights.len() as u64 * u64::from(settings.final_iterations);
         held_out + all + swept
     }

@@ -17,10 +17,12 @@ use super::role::{Baseline, Role};
 use super::schedule::Schedule;
 use super::settings::{Gate, Settings};
 use super::target::{Level, Quality, TargetRule};
-use super::views::PowerViews;
+use super::views::{PowerCameras, PowerViews};
 
 /// Weights of the display term, without unit, for the study of λ.
 const SWEEP: [f64; 8] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3];
+/// Gate views where a view more costs a render.
+pub const LEAST_GATE: usize = 24;
 /// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.
 const OPERATIONS: f64 = 13.0 + 11.0;
 
@@ -41,8 +43,17 @@ pub struct Request {
     pub background: [f32; 3],
     /// Of the training views, every so many-th validates; 0: as many as there are test views.
     pub validation_every: usize,
-    /// The views that power is a mean over.
+    /// Where the references are the dense model's own renders: so many views gate at least. Those
+    /// that are missing are made between the others; with levels for the periphery, which look at
+    /// gate views for long, none are.
+    pub least_gate: usize,
+    /// The cameras that power is counted with.
+    pub power_cameras: PowerCameras,
+    /// Which of them power is a mean over.
     pub power_views: PowerViews,
+    /// Width and height of the photos or the camera file, pixels, where there are any: where power
+    /// is counted at less, reports say so.
+    pub full_size: Option<[u32; 2]>,
     /// What is to be made.
     pub goals: Goals,
     /// What trains and looks.
@@ -83,7 +94,10 @@ impl Request {
             references: ReferenceImages::own(),
             background: [0.0; 3],
             validation_every: 0,
-            power_views: PowerViews::All,
+            least_gate: LEAST_GATE,
+            power_cameras: PowerCameras::Same,
+            power_views: PowerViews::Usual,
+            full_size: None,
             goals: Goals::default(),
             renderer: Box::new(Processor),
             oracle: Box::new(oracle),
@@ -200,9 +214,13 @@ impl Goals {
                 |level: &Level| Variant { name: level.name().to_owned(), rule: level.rule(is_own) };
             return Ok(Level::ALL.iter().filter(|l| levels.contains(l)).map(named).collect());
         }
-        let rule = self.rule(is_own)?;
-        let known = Level::ALL.into_iter().find(|l| l.rule(is_own) == rule);
-        let name = known.map_or("own", Level::name).to_owned();
+        let (rule, name) = match self.goal {
+            None => (Level::Medium.rule(is_own), Level::Medium.name().to_owned()),
+            Some(_) => {
+                let rule = self.rule(is_own)?;
+                (rule, rule.asked())
+            }
+        };
         Ok(vec![Variant { name, rule }])
     }
 

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
 use crate::role::{Baseline, RoleKind};
+use crate::views::Priced;
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// What the file is.
@@ -40,6 +41,14 @@ pub struct Results {
     pub width_px: u32,
     /// Height of the views, pixels.
     pub height_px: u32,
+    /// What power was counted over; `None` in files of before, where it was all views at their own
+    /// size.
+    #[serde(default)]
+    pub priced: Option<Priced>,
+    /// The views in which the result lost most against the dense model, first the worst: gate and
+    /// test views.
+    #[serde(default)]
+    pub lost: Vec<LostRecord>,
     /// The virtual screen of a foveated run.
     pub screen: Option<ScreenRecord>,
     /// Regions that no view shows.
@@ -70,6 +79,27 @@ pub struct Results {
     pub foveated: Vec<FovealRecord>,
     /// How much the colours changed.
     pub mean_change: Option<ChangeRecord>,
+}
+
+/// A view, and what the result lost in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LostRecord {
+    /// The view.
+    pub view: String,
+    /// Whether it is a test view; else it gates.
+    pub is_test: bool,
+    /// PSNR of the result, decibels.
+    pub psnr_db: Option<f64>,
+    /// PSNR of the dense model; `None` where it is the reference.
+    pub dense_psnr_db: Option<f64>,
+}
+
+impl LostRecord {
+    /// What it lost, decibels: against the dense model, or where that is the reference, against
+    /// nothing.
+    fn loss_db(&self) -> f64 {
+        self.dense_psnr_db.unwrap_or(0.0) - self.psnr_db.unwrap_or(f64::INFINITY)
+    }
 }
 
 /// What models are compared with.

@@ -31,6 +31,10 @@ const SWEEP: &str = "lambda-";
 /// What stands before the position in the name of [`Role::External`].
 const EXTERNAL: &str = "external-";
 
+/// What the realised optimum of a run is called where its models are priced anew, and it is a
+/// sample beside others.
+pub(crate) const FORMER_OPTIMUM: &str = "former-optimum";
+
 /// A name that no role has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a role of a model")]
@@ -117,7 +121,7 @@ impl Role {
             Ok(Role::Baseline(baseline)) => Baseline::ALL.contains(&baseline),
             Ok(Role::Sample | Role::External(_) | Role::Sweep(_)) | Err(_) => false,
         };
-        let prefixes = [numbered.as_str(), SWEEP, LEVEL];
+        let prefixes = [numbered.as_str(), SWEEP, LEVEL, FORMER_OPTIMUM];
         is_job || prefixes.iter().any(|prefix| name.starts_with(prefix))
     }
 

@@ -10,9 +10,6 @@ use super::schedule::Schedule;
 const WEIGHT_MOST: f64 = 1e6;
 /// Least weight of the display term.
 const WEIGHT_LEAST: f64 = 1e-6;
-/// Iterations of the model that is trained further without the gate views, relative to those of
-/// the first sample.
-const HELD_OUT_EFFORT: f64 = 2.0;
 /// Most iterations of one fine-tune.
 const MOST_ITERATIONS: u32 = 10_000_000;
 
@@ -49,9 +46,12 @@ impl Dimming {
 pub struct Settings {
     /// Iterations of a sample, at least 1.
     pub iterations: u32,
-    /// Iterations of the first sample, relative to the others, and half of those of the model that
-    /// is trained further without the gate views.
+    /// Iterations of the first sample, relative to the others.
     pub first_effort: f64,
+    /// Iterations of the dense model that is trained further without the gate views. Targets that
+    /// are shares are shares of what it has then, so they do not follow
+    /// [`Settings::iterations`]: the same share is the same quality, however long a search is.
+    pub held_out_iterations: u32,
     /// Iterations of the final model, and of comparisons that are not given those of a search.
     pub final_iterations: u32,
     /// Iterations of the fine-tunes in the periphery, relative to those of the first level.
@@ -90,6 +90,7 @@ impl Settings {
     pub const DEFAULT: Settings = Settings {
         iterations: 1000,
         first_effort: 1.0,
+        held_out_iterations: 1000,
         final_iterations: 2000,
         level_effort: 0.5,
         interval: 10,
@@ -114,6 +115,7 @@ impl Settings {
         let counts = [
             ("iterations", self.iterations),
             ("final_iterations", self.final_iterations),
+            ("held_out_iterations", self.held_out_iterations),
             ("interval", self.interval),
             ("checkpoint_every", self.checkpoint_every),
         ];
@@ -138,11 +140,6 @@ impl Settings {
         }
         let (plan, share) = schedule.upper(self.level_effort);
         (plan, share_of(self.iterations, share))
-    }
-
-    /// Iterations of the dense model that is trained further without the gate views.
-    pub(crate) fn first_budget(&self) -> u32 {
-        share_of(self.iterations, HELD_OUT_EFFORT * self.first_effort)
     }
 
     /// Iterations of the final model of a level.

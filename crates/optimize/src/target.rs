@@ -176,4 +176,15 @@ impl TargetRule {
             TargetRule::Absolute(quality) => Target::Likeness(quality),
         }
     }
+
+    /// What was asked for, as it was typed: `0.99`, `35 dB`.
+    pub fn asked(self) -> String {
+        match self {
+            TargetRule::Share(share) => share.to_string(),
+            TargetRule::Absolute(Quality { psnr_db, ssim, .. }) if ssim > 0.0 => {
+                format!("{psnr_db} dB, SSIM {ssim}")
+            }
+            TargetRule::Absolute(Quality { psnr_db, .. }) => format!("{psnr_db} dB"),
+        }
+    }
 }

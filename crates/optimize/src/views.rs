@@ -1,11 +1,18 @@
-//! Which views train, which gate, which test; and the order in which views train.
+//! Which views train, which gate, which test, which power is counted over; and the order in which
+//! views train.
+
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::ops::Range;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::invalid::Invalid;
+use powergs_core::run::frames::eyes;
+use powergs_frame::scene::are_pairs;
 use powergs_scene::camera::path::Path;
 use powergs_scene::{Camera, Split};
 
@@ -24,6 +31,8 @@ pub struct ViewSplit {
     pub validation: Vec<usize>,
     /// Reported, never used for a decision (unless asked for).
     pub test: Vec<usize>,
+    /// The last so many that validate were made for this between the views of the user.
+    pub made: usize,
     /// What the user should know, one sentence each.
     pub notes: Vec<String>,
 }
@@ -73,10 +82,16 @@ pub fn split(cameras: &[Camera], every: usize) -> ViewSplit {
     for list in [&mut train, &mut validation, &mut test] {
         list.sort_unstable();
     }
-    ViewSplit { train, validation, test, notes }
+    ViewSplit { train, validation, test, made: 0, notes }
 }
 
 impl ViewSplit {
+    /// Lets views that were made for it, whose positions follow those of all others, validate too.
+    pub(crate) fn also_validate(&mut self, made: Range<usize>) {
+        self.made += made.len();
+        self.validation.extend(made);
+    }
+
     /// Lets the validation views train too. A model that was trained on them could not keep its
     /// quality there without them, whatever power is spent.
     pub fn validation_trains(mut self) -> ViewSplit {
@@ -89,31 +104,169 @@ impl ViewSplit {
 
 /// Most frames of a path.
 const PATH_MOST: usize = 100_000;
+/// Where views are shown with more pixels than they train with, power is a mean over so many of
+/// them where nobody says otherwise: frames of full size take long to simulate, and models are
+/// compared over the same ones.
+const USUAL: usize = 16;
 
-/// The views that power is a mean over.
+/// The cameras that power is counted with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PowerCameras {
+    /// The views of the run, as models are compared in them.
+    Same,
+    /// The views of the run as they are shown, at another size: one for each, in their order.
+    Shown(Vec<Camera>),
+    /// Other views of the scene.
+    Others(Vec<Camera>),
+}
+
+/// Which of its cameras power is a mean over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PowerViews {
+    /// All views, or where they are shown with more pixels than they train with, at most 16 of
+    /// them.
+    Usual,
     /// All views.
     All,
-    /// The test views, as the published code does.
+    /// The test views, as the published code does; of other cameras those that their file calls
+    /// so.
     Test,
+    /// So many, evenly spaced in their order.
+    Spread(NonZeroUsize),
     /// So many frames of a smooth path through the views.
     Path(usize),
 }
 
 impl PowerViews {
-    /// The cameras.
+    /// The cameras, and what they are.
     ///
     /// # Errors
-    /// [`Invalid::Path`]: a path without frames, or through a single view.
-    pub(crate) fn of(self, cameras: &[Camera], split: &ViewSplit) -> Result<Vec<Camera>, Invalid> {
-        match self {
-            PowerViews::All => Ok(cameras.to_vec()),
-            PowerViews::Test => Ok(split.test.iter().map(|&v| cameras[v].clone()).collect()),
-            PowerViews::Path(frames) => Path::through(cameras)
+    /// [`Invalid`]: a path without frames, or through a single view; no test views among other
+    /// cameras.
+    pub(crate) fn of(
+        self,
+        views: &[Camera],
+        split: &ViewSplit,
+        shown: &PowerCameras,
+        photos: Option<[u32; 2]>,
+    ) -> Result<(Vec<Camera>, Priced), Invalid> {
+        let all = match shown {
+            PowerCameras::Same => views,
+            PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) => cameras,
+        };
+        // A frame of the display is a pair where views are the eyes of pairs.
+        let eyes = eyes(all);
+        let frames = all.len() / eyes;
+        let spread = |n: usize| {
+            let n = n.min(frames);
+            let frame = |i: usize| &all[i * frames / n * eyes..][..eyes];
+            (0..n).flat_map(|i| frame(i).to_vec()).collect::<Vec<Camera>>()
+        };
+        let mut taken = match self {
+            PowerViews::Usual if pixels(all) > pixels(views) => spread(USUAL),
+            PowerViews::Usual | PowerViews::All => all.to_vec(),
+            PowerViews::Spread(n) => spread(n.get()),
+            PowerViews::Test => match shown {
+                PowerCameras::Others(cameras) => {
+                    let is_test = |c: &&Camera| c.split == Some(Split::Test);
+                    cameras.iter().filter(is_test).cloned().collect()
+                }
+                PowerCameras::Same | PowerCameras::Shown(_) => {
+                    split.test.iter().map(|&v| all[v].clone()).collect()
+                }
+            },
+            PowerViews::Path(frames) => Path::through(all)
                 .filter(|_| (1..=PATH_MOST).contains(&frames))
                 .map(|path| path.frames(frames))
-                .ok_or(Invalid::Path),
+                .ok_or(Invalid::Path)?,
+        };
+        // What was taken from pairs, and is none any more, counts view by view.
+        if !are_pairs(&taken) {
+            taken.iter_mut().for_each(|camera| camera.eye = None);
+        }
+        let eyes = if are_pairs(&taken) { eyes } else { 1 };
+        let largest = taken.iter().max_by_key(|c| area(c)).ok_or(Invalid::NoTestViews)?;
+        let size = [largest.width, largest.height];
+        let priced = Priced {
+            views: taken.len() / eyes,
+            of: all.len() / eyes,
+            eyes,
+            is_path: matches!(self, PowerViews::Path(_)),
+            is_other: matches!(shown, PowerCameras::Others(_)),
+            size,
+            is_mixed: taken.iter().any(|c| [c.width, c.height] != size),
+            photos: photos.filter(|[w, h]| u64::from(*w) * u64::from(*h) > area(largest)),
+        };
+        Ok((taken, priced))
+    }
+}
+
+fn area(camera: &Camera) -> u64 {
+    u64::from(camera.width) * u64::from(camera.height)
+}
+
+/// Pixels of the largest view.
+fn pixels(cameras: &[Camera]) -> u64 {
+    cameras.iter().map(area).max().unwrap_or(0)
+}
+
+fn one() -> usize {
+    1
+}
+
+/// What power was counted over. Written, it stands beside watts: `16 of 50 views of 540x960`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Priced {
+    /// Views that power is a mean over.
+    pub views: usize,
+    /// Views that there were to choose from.
+    pub of: usize,
+    /// Eyes of each: 2 where they are pairs, and watts are those of both eyes and both panels.
+    #[serde(default = "one")]
+    pub eyes: usize,
+    /// Whether they are frames of a path through them.
+    pub is_path: bool,
+    /// Whether they are other views than those that models are compared in.
+    pub is_other: bool,
+    /// Width and height of the largest, pixels.
+    pub size: [u32; 2],
+    /// Whether some are smaller.
+    pub is_mixed: bool,
+    /// Width and height of the photos or of the camera file, pixels, where they are larger.
+    pub photos: Option<[u32; 2]>,
+}
+
+impl Priced {
+    /// `540x960`.
+    pub fn size_text(&self) -> String {
+        let [width, height] = self.size;
+        let eyes = if self.eyes > 1 { format!("{} x ", self.eyes) } else { String::new() };
+        format!("{eyes}{}{width}x{height}", if self.is_mixed { "up to " } else { "" })
+    }
+
+    /// What to know where the watts are those of smaller images than the photos.
+    pub fn note(&self) -> Option<String> {
+        let [width, height] = self.photos?;
+        Some(format!(
+            "power was counted at {}, below the {width}x{height} of the cameras: at full size \
+             rendering is a larger part of it, and more pruning pays. Give the size that is shown \
+             (--power-size; with --foveated --size)",
+            self.size_text()
+        ))
+    }
+}
+
+impl fmt::Display for Priced {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Priced { views, of, .. } = *self;
+        let size = self.size_text();
+        let other = if self.is_other { "other " } else { "" };
+        let view = if self.eyes > 1 { "pair" } else { "view" };
+        let s = if of == 1 { "" } else { "s" };
+        match (self.is_path, views == of) {
+            (true, _) => write!(f, "{views} frames of a path of {size}"),
+            (false, true) => write!(f, "{views} {other}{view}{s} of {size}"),
+            (false, false) => write!(f, "{views} of {of} {other}{view}{s} of {size}"),
         }
     }
 }

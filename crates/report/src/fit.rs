@@ -25,14 +25,14 @@ pub fn chart(fit: &Fit, name: &str) -> Chart {
 pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> Chart {
     let missed = fit.samples.iter().filter(|s| !passed(s.rho)).count();
     let quality = match missed {
-        0 => "that reach the target".to_owned(),
-        n => format!("that reach the target, but for {n} just below it"),
+        0 => String::new(),
+        n => format!(", {n} just below the target"),
     };
     let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
     let subtitle = format!(
-        "{}, {} samples {quality}. R² {} and {}, mean relative error {} and {} \
-         (display, rendering)",
-        shortened(name, 32),
+        "{}: {} samples{quality}; R² {} and {}, relative errors {} and {} \
+         (display, accelerator)",
+        shortened(name, 60),
         fit.samples.len(),
         or_none(fit.display.r2),
         or_none(fit.render.r2),
@@ -53,7 +53,7 @@ pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> C
 
 /// What the colours are.
 pub(super) fn entries() -> impl Iterator<Item = Entry> {
-    let names = [("display", DISPLAY), ("rendering", RENDER), ("total", TOTAL)];
+    let names = [("display", DISPLAY), ("accelerator", RENDER), ("total", TOTAL)];
     let entries = names.map(|(name, colour)| Entry::new(name, Symbol::Curve(colour)));
     entries.into_iter().chain([Entry::note("dots: samples, lines: fits")])
 }

@@ -68,8 +68,10 @@ const FILE_NAMES: [&str; 10] = [
 ];
 
 /// Names of all charts that a report folder may hold, without their endings.
-const CHART_NAMES: [&str; 20] = [
+const CHART_NAMES: [&str; 22] = [
     "energy",
+    "power",
+    "breakdown",
     "cycles",
     "roofline",
     "buffers",

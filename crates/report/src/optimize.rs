@@ -15,7 +15,6 @@ mod tables;
 use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::campaign::{Campaign, Finished};
-use powergs_optimize::claims::{self, ClaimTable, Run};
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
@@ -24,9 +23,11 @@ use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
 use powergs_optimize::plan::Variant;
 use powergs_optimize::ratio_study::RatioRow;
+use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::{Baseline, Role};
-use powergs_optimize::target::Quality;
+use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::Iteration;
+use powergs_optimize::views::Priced;
 
 pub use course::Moment;
 use summary::short_of;
@@ -44,6 +45,8 @@ pub struct Story<'a> {
     pub display: String,
     /// Frames shown per second.
     pub fps: f64,
+    /// What power was counted over.
+    pub priced: Priced,
     /// The outcomes of the quality of the run at level 1, in order.
     pub done: &'a [Outcome],
     /// The outcomes of all qualities and levels, in order.
@@ -55,8 +58,14 @@ pub struct Story<'a> {
     /// What that is over the test views: the same share of what the reference has there, or the
     /// same numbers.
     pub test_target: Option<Quality>,
+    /// What was asked for, in words.
+    pub asked: String,
     /// Number of gate and of test views.
     pub views: (usize, usize),
+    /// Gate views of these that were made between the others.
+    pub made: usize,
+    /// The views in which the result lost most.
+    pub lost: &'a [LostRecord],
     /// Iterations of a sample that were asked for, at most.
     pub iterations: u32,
     /// What the samples say.
@@ -67,8 +76,6 @@ pub struct Story<'a> {
     pub ratios: Vec<RatioRow>,
     /// Pictures of one view.
     pub strip: Option<BeforeAfter>,
-    /// What the run says about the published claims.
-    pub claims: ClaimTable,
 }
 
 /// A quality that models were made for: H, M, L, or one of the user's own.
@@ -111,25 +118,43 @@ impl<'a> Story<'a> {
     /// What a finished campaign says; `done` are its outcomes of level 1
     /// ([`Finished::first`]), whose report is the same with and without levels beyond it.
     pub fn of(campaign: &Campaign, finished: &'a Finished, done: &'a [Outcome]) -> Story<'a> {
-        let whole = Run { label: campaign.name.clone(), results: finished.results.clone() };
         Story {
             name: campaign.name.clone(),
             oracle: campaign.oracle.name(),
             display: campaign.display.name.clone(),
             fps: campaign.oracle.fps(),
+            priced: campaign.priced.clone(),
             done,
             all: &finished.outcomes,
             grades: Grade::all(campaign, &finished.outcomes),
             target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
             test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
+            asked: asked(campaign),
             views: (campaign.gate_views(), campaign.split.test.len()),
+            made: campaign.split.made,
+            lost: &finished.results.lost,
             iterations: campaign.settings.iterations,
             conclusion: &finished.conclusion,
             course: course(finished),
             ratios: finished.ratios.clone(),
             strip: finished.pictures.clone(),
-            claims: claims::check(std::slice::from_ref(&whole)),
         }
+    }
+}
+
+/// What the first quality of a campaign asks for: a share says of what.
+pub fn asked(campaign: &Campaign) -> String {
+    let plan = &campaign.plan;
+    match plan.variants.first().map(|v| v.rule) {
+        Some(TargetRule::Share(share)) => {
+            let of = match plan.holds_out || plan.reference.is_some() {
+                true => "held-out, the dense model trained on without the gate views",
+                false => "the dense model",
+            };
+            format!("{} % of the PSNR and SSIM of {of}", super::format::significant(100.0 * share))
+        }
+        Some(TargetRule::Absolute(target)) => summary::quality(target),
+        None => String::new(),
     }
 }
 
@@ -151,7 +176,16 @@ fn course(finished: &Finished) -> Vec<Moment> {
 
 impl Story<'_> {
     fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
-        Chart::new(name, title, subtitle(&self.name, &self.oracle, self.fps, what))
+        let what = format!("{}; {what}", self.priced);
+        Chart::new(name, title, subtitle(&self.name, &self.oracle, self.fps, &what))
+    }
+
+    /// By how many decibels the test views, which chose nothing, are below what was asked for;
+    /// `None` where that is little or nothing.
+    fn short_of_promise(&self) -> Option<f64> {
+        let target = Target::Likeness(self.test_target?);
+        let short_db = target.shortfall(self.result()?.test.quality).psnr_db;
+        Some(short_db).filter(|db| *db > PROMISED_DB)
     }
 
     fn of_role(&self, role: Role) -> Option<&Outcome> {
@@ -207,23 +241,27 @@ pub fn charts(story: &Story<'_>) -> Vec<Chart> {
 fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
     let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
-    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &story.name, &passed) })
+    let name = format!("{} over {}", shortened(&story.name, 16), story.priced);
+    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) })
 }
 
 /// The colour of a model in every chart.
 fn colour(role: Role) -> Colour {
     match role {
-        Role::Dense => Colour::INK,
+        // Models that nobody has pruned or dimmed for this target.
+        Role::Dense | Role::HeldOut | Role::External(_) => Colour::INK,
         Role::Sample => Colour::SKY,
         Role::Optimum => Colour::YELLOW,
         Role::Baseline(Baseline::RenderOnly) => Colour::ORANGE,
         Role::Baseline(Baseline::DisplayOnly) => Colour::BLUE,
         Role::Baseline(Baseline::TwoStage) => Colour::PURPLE,
         Role::Baseline(Baseline::LightGaussian(_)) => Colour::GREEN,
-        Role::HeldOut | Role::External(_) | Role::Sweep(_) => Colour::GREY,
+        Role::Sweep(_) => Colour::GREY,
     }
 }
 
+/// Test views that are so far below what was asked for are told beside the watts, decibels.
+const PROMISED_DB: f64 = 0.3;
 /// PSNR from which a model is its own reference, decibels: what is left is rounding.
 const ITSELF: f64 = 100.0;
 
@@ -249,6 +287,11 @@ impl Story<'_> {
             colour(outcome.role)
         }
     }
+}
+
+/// Decimals of powers in a table whose unit is so many a watt: parts of a few milliwatts are told.
+fn decimals(per_watt: f64) -> usize {
+    if per_watt > 1.0 { 2 } else { 3 }
 }
 
 /// The colour of the model that the run ends with.

@@ -107,6 +107,7 @@ fn request(
     Ok(Request {
         references: ReferenceImages::OwnRenders(Box::new(FileReferences::new()?)),
         background: args.views.background.0,
+        least_gate: 0,
         validation_every: args.views.validation.map_or(0, |k| k.get()),
         goals: Goals { goal: Some(goal(args, space)), ..Goals::default() },
         settings,

@@ -27,14 +27,14 @@ pub fn run(campaign: &Campaign, watched: &Watched<'_>, context: &Context) -> Res
         return Ok(Exit::Interrupted);
     };
     if context.global.json {
-        out::json(&json_of(&estimate))?;
+        out::json(&json_of(campaign, &estimate))?;
     } else {
         out::document(&document(campaign, &estimate))?;
     }
     Ok(Exit::Done)
 }
 
-fn json_of(seen: &Estimate) -> serde_json::Value {
+fn json_of(campaign: &Campaign, seen: &Estimate) -> serde_json::Value {
     json!({
         "jobs": seen.jobs,
         "iterations": seen.iterations,
@@ -43,6 +43,7 @@ fn json_of(seen: &Estimate) -> serde_json::Value {
         "score_s": seen.score_s,
         "model_s": seen.model_s,
         "threads": rayon::current_num_threads(),
+        "power_views": campaign.priced,
         "estimated_time_s": seen.time.total_s(),
         "estimated_iterations_s": seen.time.iterations_s,
         "estimated_checks_s": seen.time.checks_s,
@@ -73,6 +74,7 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
                 split.test.len()
             ),
         ),
+        ("Power", format!("over {}", campaign.priced)),
         ("Models", wrapped(&format!("{}: {named}{more}", jobs.len()), 66)),
         ("Iterations", iterations.to_string()),
         (
@@ -116,11 +118,11 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
          its target may be followed by another.",
     );
     if seen.time.models_s > MUCH * seen.time.total_s() {
-        let views = campaign.power_views.len();
         page.paragraph(format!(
-            "What is measured of finished models is much of it: their power is simulated over \
-             {views} views. --power-views test or --path-frames N asks for fewer; \
-             --set dram.model=bandwidth --energy gscore-28nm-flat is a cheaper memory.",
+            "What is measured of finished models is much of it: their power is simulated over {}. \
+             --power-views 8 asks for fewer, --power-size for smaller ones; --set \
+             dram.model=bandwidth --energy gscore-28nm-flat is a cheaper memory.",
+            campaign.priced
         ));
     }
     page

@@ -9,7 +9,7 @@ use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, demo_scene, lpips_file, out, scene_file, sight};
 use super::photos::PhotoFolder;
-use super::{Args, KeepArg, PowerArgs, PowerViewsArg, demo, photos};
+use super::{Args, KeepArg, PowerArgs, demo, photos};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::photos::Photo;
@@ -17,9 +17,12 @@ use powergs_optimize::references::{ReferenceImages, ReferenceSink};
 use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Foveation, Goals, Request};
 use powergs_optimize::settings::Settings;
-use powergs_optimize::views::PowerViews;
+use powergs_optimize::views::{PowerCameras, PowerViews};
+use powergs_scene::camera::edit::resized;
+use powergs_scene::camera::lens::without_lens;
 use powergs_scene::camera::orbit::SceneBounds;
-use powergs_scene::files::open_model;
+use powergs_scene::camera::views::ViewSelection;
+use powergs_scene::files::{open_cameras, open_model};
 use powergs_scene::{Camera, Gaussians};
 
 /// The machine, the panel and the display rate where none is given.
@@ -42,7 +45,8 @@ pub fn request(
     let display = inputs::display(args.power.display.as_deref().unwrap_or(DISPLAY))?;
     let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
-    let (cameras, photos) = views(args, context, &dense)?;
+    let Seen { cameras, photos, whole } = views(args, context, &dense)?;
+    let (power_cameras, full_size) = power_cameras(args, context, &cameras, whole)?;
     let background = args.views.background.0;
     let mut images = FileReferences::new()?;
     let references = if photos.is_empty() {
@@ -63,11 +67,13 @@ pub fn request(
         references,
         background,
         validation_every: args.views.validation.map_or(0, |k| k.get()),
-        power_views: match (args.views.path_frames, args.views.power_views) {
-            (Some(frames), _) => PowerViews::Path(frames),
-            (None, PowerViewsArg::All) => PowerViews::All,
-            (None, PowerViewsArg::Test) => PowerViews::Test,
+        least_gate: args.views.least_gate,
+        power_cameras,
+        power_views: match args.power.path_frames {
+            Some(frames) => PowerViews::Path(frames),
+            None => args.power.power_views.unwrap_or(PowerViews::Usual),
         },
+        full_size,
         goals,
         renderer: Box::new(Processor),
         oracle,
@@ -114,14 +120,20 @@ const PIXEL: u64 = 64;
 /// A photo and its file.
 type PhotoFile = (PathBuf, Photo);
 
+/// The views of a run.
+struct Seen {
+    /// As models are compared in them.
+    cameras: Vec<Camera>,
+    /// Their photos, with `--images`.
+    photos: Vec<PhotoFile>,
+    /// The same views at the size that the camera file says; `None` where none does.
+    whole: Option<Vec<Camera>>,
+}
+
 /// The views, and their photos with `--images`.
-fn views(
-    args: &Args,
-    context: &Context,
-    dense: &Gaussians,
-) -> Result<(Vec<Camera>, Vec<PhotoFile>), Failure> {
+fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Failure> {
     if args.demo {
-        return Ok((demo::views(args.views.size)?, Vec::new()));
+        return Ok(Seen { cameras: demo::views(args.size)?, photos: Vec::new(), whole: None });
     }
     let images = args.views.images.as_deref();
     let file = args.views.cameras.clone().or_else(|| images.and_then(photos::camera_file));
@@ -151,28 +163,102 @@ fn views(
         every: args.views.every,
         path_frames: None,
         frames: None,
-        size: if images.is_some() { None } else { args.views.size },
+        size: if images.is_some() { None } else { args.size },
         stereo: None,
         fov: None,
         headset: None,
     };
     let views: Views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
     sight::check(dense, &views.cameras, context);
-    let (used, photos) = match images {
-        Some(folder) => photographed(args, context, folder, &views)?,
+    let seen = match images {
+        Some(folder) => {
+            let (cameras, photos) = photographed(args, context, folder, &views)?;
+            let straight = |camera: &Camera| match views.lenses.get(&camera.name) {
+                Some(lens) => without_lens(camera, lens).unwrap_or_else(|| camera.clone()),
+                None => camera.clone(),
+            };
+            let whole = Some(views.cameras.iter().map(straight).collect());
+            Seen { cameras, photos, whole }
+        }
         None => {
             views.warn(context);
-            (views.cameras, Vec::new())
+            let sized = CameraArgs { size: None, ..source };
+            let whole = match (args.views.orbit, args.size) {
+                (Some(_), _) => None,
+                (None, None) => Some(views.cameras.clone()),
+                // A file that says no size is read with one only.
+                (None, Some(_)) => {
+                    sized
+                        .cameras(args.model.as_deref(), || SceneBounds::of(dense))
+                        .ok().map(|views| views.cameras)
+                }
+            };
+            Seen { cameras: views.cameras, photos: Vec::new(), whole }
         }
     };
-    for Camera { name, width, height, .. } in &used {
+    fits_memory(&seen.cameras, context)?;
+    Ok(seen)
+}
+
+fn fits_memory(cameras: &[Camera], context: &Context) -> Result<(), Failure> {
+    for Camera { name, width, height, .. } in cameras {
         let bytes = u64::from(*width) * u64::from(*height) * PIXEL;
         context.global.memory.check(bytes).map_err(|over| {
             let what = format!("view {name}: a frame of {width}x{height} pixels {over}");
             Failure::new(Exit::Usage, what)
         })?;
     }
-    Ok((used, photos))
+    Ok(())
+}
+
+/// The cameras that power is counted with, and the largest size that the camera file says.
+/// `views`: as models are compared in them; `whole`: the same at the size of their file.
+fn power_cameras(
+    args: &Args,
+    context: &Context,
+    views: &[Camera],
+    whole: Option<Vec<Camera>>,
+) -> Result<(PowerCameras, Option<[u32; 2]>), Failure> {
+    let size = |c: &Camera| [c.width, c.height];
+    let largest = whole.iter().flatten().max_by_key(|c| u64::from(c.width) * u64::from(c.height));
+    let full_size = largest.map(size);
+    let wanted = args.power.power_size;
+    let sized = |cameras: Vec<Camera>| match wanted {
+        Some((w, h)) => cameras.iter().map(|c| resized(c, w, h)).collect(),
+        None => cameras,
+    };
+    let cameras = match &args.power.power_cameras {
+        Some(file) => {
+            let file = open_cameras(file, wanted, args.model.as_deref())?;
+            for warning in file.warnings.iter().filter(|_| !context.global.quiet) {
+                out::complain(format!("warning: {warning}"));
+            }
+            PowerCameras::Others(sized(file.cameras))
+        }
+        // Levels of the periphery are for the size that they are trained at.
+        None if args.fovea.foveated && wanted.is_none() => PowerCameras::Same,
+        None => {
+            let shown = sized(whole.unwrap_or_else(|| views.to_vec()));
+            let is_same = shown.iter().map(size).eq(views.iter().map(size));
+            if is_same { PowerCameras::Same } else { PowerCameras::Shown(shown) }
+        }
+    };
+    let cameras = match (args.power.power_stereo, cameras) {
+        (None, cameras) => cameras,
+        (Some(distance), cameras) => {
+            let single = match cameras {
+                PowerCameras::Same => views.to_vec(),
+                PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) => cameras,
+            };
+            let pairs = ViewSelection { stereo: Some(distance), ..ViewSelection::default() };
+            let usage = |e| Failure::new(Exit::Usage, format!("--power-{e}"));
+            PowerCameras::Others(pairs.of(single).map_err(usage)?.0)
+        }
+    };
+    if let PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) = &cameras {
+        fits_memory(cameras, context)?;
+    }
+    Ok((cameras, full_size))
 }
 
 /// The views as their photos show them.
@@ -188,7 +274,7 @@ fn photographed(
     if args.views.every.is_none() {
         photos.note_unused(&files, context);
     }
-    let shown = photos::measured(&files, &views.cameras, &views.lenses, args.views.size)?;
+    let shown = photos::measured(&files, &views.cameras, &views.lenses, args.size)?;
     let used: Vec<Camera> = shown.iter().map(|photo| photo.view.clone()).collect();
     if !context.global.quiet {
         say_changes(views, &shown);

@@ -71,7 +71,7 @@ fn views(campaign: &Campaign) -> Value {
         ("train", names(campaign, &campaign.split.train)),
         ("validation", names(campaign, &campaign.split.validation)),
         ("test", names(campaign, &campaign.split.test)),
-        ("power-views", count(campaign.power_views.len())),
+        ("made-to-validate", count(campaign.split.made)),
     ])
 }
 
@@ -81,6 +81,10 @@ fn power(campaign: &Campaign) -> Value {
         ("display", campaign.display.name.clone().into()),
         ("display-scale", campaign.display.scale.into()),
         ("display-fps", campaign.oracle.fps().into()),
+        ("views", count(campaign.priced.views)),
+        ("views-of", count(campaign.priced.of)),
+        ("width-px", i64::from(campaign.priced.size[0]).into()),
+        ("height-px", i64::from(campaign.priced.size[1]).into()),
     ])
 }
 
@@ -138,6 +142,7 @@ fn search(campaign: &Campaign) -> Value {
         ("schedule", schedule),
         ("iterations", i64::from(settings.iterations).into()),
         ("first-effort", settings.first_effort.into()),
+        ("held-out-iterations", i64::from(settings.held_out_iterations).into()),
         ("final-iterations", i64::from(settings.final_iterations).into()),
         ("interval", i64::from(settings.interval).into()),
         ("adjust-share", settings.adjust_share.into()),

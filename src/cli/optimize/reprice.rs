@@ -28,7 +28,7 @@ struct Invocation {
 /// Exit code 2: no run, or one that has to be run anew; 3: a damaged one, or inputs that changed.
 pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Result<Exit, Failure> {
     let typed = typed(from)?;
-    let power = merged(&typed.power, &args.power);
+    let power = merged(&typed.power, &args.power, args.size);
     let typed = Args { power, ..typed };
     let watched = Watched::new(context, 0.0);
     let mut campaign = opened(&typed, context, &watched)?;
@@ -123,6 +123,9 @@ fn root(args: &mut Args, folder: &Path) {
     }
     // Names of machines, tables and panels are no files.
     let power = &mut args.power;
+    if let Some(path) = &mut power.power_cameras {
+        *path = folder.join(&*path);
+    }
     let names = [&mut power.arch, &mut power.energy, &mut power.display];
     for name in names.into_iter().flatten() {
         let path = folder.join(&*name);
@@ -134,7 +137,11 @@ fn root(args: &mut Args, folder: &Path) {
 
 /// What power is: as it is typed now, else as it was then. Another machine has none of the changes
 /// of that one.
-fn merged(then: &PowerArgs, now: &PowerArgs) -> PowerArgs {
+fn merged(then: &PowerArgs, now: &PowerArgs, size: Option<(u32, u32)>) -> PowerArgs {
+    let views = match (now.power_views, now.path_frames) {
+        (None, None) => (then.power_views, then.path_frames),
+        given => given,
+    };
     let is_other = now.arch.is_some();
     let kept = |sets: &[String]| if is_other { Vec::new() } else { sets.to_vec() };
     let mut sets = kept(&then.sets);
@@ -148,6 +155,12 @@ fn merged(then: &PowerArgs, now: &PowerArgs) -> PowerArgs {
         display: now.display.clone().or_else(|| then.display.clone()),
         display_ratio: now.display_ratio.or(then.display_ratio),
         fps: now.fps.or(then.fps),
+        // Models have the size that they were trained at; what is new is that of the price.
+        power_size: now.power_size.or(size).or(then.power_size),
+        power_cameras: now.power_cameras.clone().or_else(|| then.power_cameras.clone()),
+        power_stereo: now.power_stereo.or(then.power_stereo),
+        power_views: views.0,
+        path_frames: views.1,
     }
 }
 

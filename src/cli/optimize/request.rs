@@ -16,6 +16,7 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
     let settings = Settings {
         iterations: s.iterations,
         first_effort: s.first_effort,
+        held_out_iterations: s.held_out_iterations,
         final_iterations: s.final_iterations.unwrap_or(s.iterations.saturating_mul(2)),
         interval: s.interval,
         adjust_share: s.adjust_share,
@@ -94,6 +95,16 @@ fn refused(invalid: Invalid) -> Failure {
         }
         Invalid::Path => {
             "--path-frames: a path needs 1 to 100000 frames and at least two views".into()
+        }
+        Invalid::NoTestViews => {
+            "--power-views test: the cameras of --power-cameras name no test views; give all or a \
+             number"
+                .into()
+        }
+        Invalid::LevelsAtOtherSize => {
+            "--foveated: levels are for the size that they are trained at, so their power is \
+             counted there; leave out --power-size and --power-cameras, or give --size"
+                .into()
         }
         Invalid::Screen(error) => format!("--screen, --pooling-rate: {error}"),
         Invalid::NoFovea(machine) => format!(

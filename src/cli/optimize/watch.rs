@@ -198,7 +198,7 @@ impl CampaignWatch for Watched<'_> {
 
     fn outcome(&self, outcome: &Outcome) {
         if outcome.role == Role::Dense {
-            let power = "total = rendering + display";
+            let power = "total = accelerator + display";
             self.say(format_args!(
                 "{:17} {:>9} {:>8} {:6} {:6} {power}",
                 "model", "Gaussians", "gate, dB", "SSIM", "target"

@@ -12,7 +12,7 @@ use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::optimize::results::Results;
 use powergs_sim::picture::Picture;
 use powergs_sim::scene::camera::inria;
-use powergs_sim::scene::{OneFile, read, write_ply};
+use powergs_sim::scene::{OneFile, Split, read, write_ply};
 use powergs_testkit::lpips::{Kind, Made};
 
 use super::scenes::{Tiny, tiny};
@@ -35,6 +35,7 @@ pub fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
     for (flag, value) in [
         ("--iterations", "8"),
         ("--final-iterations", "12"),
+        ("--held-out-iterations", "16"),
         ("--interval", "2"),
         ("--oracle", "paper"),
         ("--display-ratio", "0.5"),
@@ -96,7 +97,7 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     assert!((most - 30..=most).contains(&history.lines().count()), "{}", history.lines().count());
     assert!(!history.contains("NaN"));
     let summary = text("summary.md");
-    for word in ["saved", "by the fit, ", "| render-only |", "U-shaped", "(plane.png)"] {
+    for word in ["saved", "by the fit, ", "| render-only |", "(plane.png)"] {
         assert!(summary.contains(word), "{word}: {summary}");
     }
     let results = Results::parse(&text("results.json")).unwrap();
@@ -108,6 +109,79 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     assert_eq!(run["search"]["iterations"].as_integer(), Some(8));
     assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place in run.toml");
     crate::cli::explain::assert_explained(&path, &[]);
+}
+
+/// What a run says whose test views are so many times as far away as they were, and the others so
+/// many: from afar a Gaussian is hardly a pixel, and what was pruned shows.
+fn seen_from(folder: &Path, test: f64, others: f64) -> String {
+    let mut tiny = stage(folder, 300);
+    for (i, camera) in tiny.cameras.iter_mut().enumerate() {
+        let is_test = i % 4 == 0;
+        camera.split = Some(if is_test { Split::Test } else { Split::Train });
+        camera.centre *= if is_test { test } else { others };
+    }
+    fs::write(folder.join("cameras.json"), inria::write(&tiny.cameras)).unwrap();
+    let more = with(&["--quality-db", "30", "--rhos", "0.3", "--iterations", "20"]);
+    assert_eq!(run(folder, &more).unwrap(), Exit::Done);
+    fs::read_to_string(folder.join("run/summary.md")).unwrap()
+}
+
+#[test]
+fn quality_that_is_not_seen_in_views_that_did_not_choose_is_told_beside_the_watts() {
+    let says = "test views, which did not choose it: ";
+    let folder = tempfile::tempdir().unwrap();
+    let summary = seen_from(folder.path(), 2.5, 1.0);
+    let beside = summary.lines().skip_while(|line| !line.contains(" saved over ")).nth(1);
+    assert!(beside.is_some_and(|line| line.starts_with(says)), "{summary}");
+    assert!(summary.contains("less than asked for"), "{summary}");
+    // Where they see more than was promised, there is nothing to tell.
+    let folder = tempfile::tempdir().unwrap();
+    let summary = seen_from(folder.path(), 1.0, 2.5);
+    assert!(summary.contains(" saved over ") && !summary.contains(says), "{summary}");
+    // Which views lost most, with the worst first.
+    let lost = summary.split("Views that lost most").nth(1).unwrap();
+    assert!(lost.contains("| gate |") && !lost.contains("between_"), "{lost}");
+}
+
+/// The facts of a run that is priced as `more` says.
+fn priced(folder: &Path, more: &[&str]) -> (String, Results) {
+    let more: Vec<&str> = with(&["--quality-db", "20", "--rhos", "0.3", "--force"])
+        .into_iter()
+        .chain(more.iter().copied())
+        .collect();
+    assert_eq!(run(folder, &more).unwrap(), Exit::Done);
+    let text = |name: &str| fs::read_to_string(folder.join("run").join(name)).unwrap();
+    (text("summary.md"), Results::parse(&text("results.json")).unwrap())
+}
+
+#[test]
+fn power_is_that_of_the_size_of_the_cameras_unless_another_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let tiny = stage(folder, 300);
+    let (summary, small) = priced(folder, &["--size", "24x18"]);
+    assert!(summary.contains("saved over 8 views of 48x36"), "{summary}");
+    assert!(summary.contains("FPS over 8 views of 48x36"), "{summary}");
+    assert!(!summary.contains("power was counted at"), "{summary}");
+    assert_eq!((small.width_px, small.height_px), (24, 18), "it trains at that of --size");
+    // At the size of the training it takes less, and that is told.
+    let (summary, low) = priced(folder, &["--size", "24x18", "--power-size", "24x18"]);
+    assert!(summary.contains("saved over 8 views of 24x18"), "{summary}");
+    assert!(summary.contains("at 24x18, below the 48x36 of the cameras"), "{summary}");
+    let render = |results: &Results| results.dense().unwrap().render_w;
+    assert!(render(&low) < render(&small));
+    let (summary, _) = priced(folder, &["--power-size", "96x72", "--power-views", "3"]);
+    assert!(summary.contains("saved over 3 of 8 views of 96x72"), "{summary}");
+    // Other cameras.
+    fs::write(folder.join("walk.json"), inria::write(&tiny.cameras[..2])).unwrap();
+    let (summary, _) = priced(folder, &["--power-cameras", "@/walk.json"]);
+    assert!(summary.contains("saved over 2 other views of 48x36"), "{summary}");
+    // In charts, too.
+    let plane = fs::read_to_string(folder.join("run/plane.svg")).unwrap();
+    assert!(plane.contains("2 other views of 48x36"), "{plane}");
+    // What was asked for has the name that it was given.
+    assert!(summary.contains("| 20 dB |"), "{summary}");
+    assert!(!summary.contains("Claims of the PowerGS paper"), "{summary}");
 }
 
 /// Everything in a run folder that must not depend on how often the run was broken off.

@@ -2,7 +2,6 @@
 //! can be read.
 
 use powergs_sim::optimize::campaign::Finished;
-use powergs_sim::optimize::claims::{self, Run};
 use powergs_sim::report::optimize::{Grade, Moment, Story, charts};
 use powergs_testkit::charts::covered;
 
@@ -33,12 +32,12 @@ fn labels_cover_nothing(finished: &Finished) {
         let psnr_db = check.seen.quality.psnr_db;
         Some(Moment { job, iteration, lambda, points: row.iteration.points, psnr_db })
     });
-    let whole = Run { label: "room".into(), results: finished.results.clone() };
     let story = Story {
         name: "room".into(),
         oracle: "gscore".into(),
         display: "oled-powergs".into(),
         fps: 60.0,
+        priced: finished.results.priced.clone().expect("it says so"),
         done: &finished.outcomes,
         all: &finished.outcomes,
         grades: vec![Grade {
@@ -50,13 +49,15 @@ fn labels_cover_nothing(finished: &Finished) {
         }],
         target: None,
         test_target: None,
+        asked: "35 dB".into(),
         views: (3, 3),
+        made: 0,
+        lost: &finished.results.lost,
         iterations: 100,
         conclusion: &finished.conclusion,
         course: moments.collect(),
         ratios: finished.ratios.clone(),
         strip: finished.pictures.clone(),
-        claims: claims::check(std::slice::from_ref(&whole)),
     };
     let drawn = charts(&story);
     assert!(drawn.len() > 3, "{} charts", drawn.len());

@@ -33,7 +33,11 @@ fn results(folder: &Path, run: &str) -> Results {
 
 /// The samples of a run, and the model that was made for its optimum.
 fn curve(results: &Results) -> Vec<&ModelRecord> {
-    results.models.iter().filter(|m| m.name.contains("sample") || m.name == "optimum").collect()
+    results
+        .models
+        .iter()
+        .filter(|m| m.name.contains("sample") || m.name.contains("optimum"))
+        .collect()
 }
 
 #[test]
@@ -64,7 +68,7 @@ fn a_run_is_priced_anew_without_training() {
         );
         assert_eq!((a.gate, a.passed, a.lambda_per_w), (b.gate, b.passed, b.lambda_per_w));
     }
-    assert!(same.model("sample-04").is_some(), "the optimum of before is a sample");
+    assert!(same.model("former-optimum").is_some(), "the optimum of before keeps its name");
 
     // Four times the display power, half the frames.
     let (code, said) = reprice(folder, "other", &["--display-ratio", "4", "--fps", "30"]);
@@ -86,6 +90,21 @@ fn a_run_is_priced_anew_without_training() {
     assert!(curve(&other).iter().filter(|m| m.passed).all(|m| m.total_w() >= best));
     for name in ["final.ply", "final.bin", "summary.md", "samples.csv", "run.toml"] {
         assert!(folder.join("other").join(name).is_file(), "{name}");
+    }
+
+    // At another size, by either name; quality is what it was.
+    for flag in ["--size", "--power-size"] {
+        let to = flag.trim_start_matches('-');
+        let (code, said) = reprice(folder, to, &[flag, "96x72", "--power-views", "2"]);
+        assert_eq!(code, Some(0), "{said}");
+        let summary = fs::read_to_string(folder.join(to).join("summary.md")).unwrap();
+        assert!(summary.contains("saved over 2 of 8 views of 96x72"), "{summary}");
+        let large = results(folder, to);
+        for (a, b) in curve(&large).into_iter().zip(curve(&first)) {
+            // The panel is scaled to the rendering of that size.
+            assert_eq!((a.gate.psnr_db, a.gate.ssim), (b.gate.psnr_db, b.gate.ssim), "{}", b.name);
+        }
+        assert!(large.dense().unwrap().render_w > first.dense().unwrap().render_w);
     }
 
     // A machine by its name counts.

@@ -11,7 +11,7 @@ use crate::job::Place;
 use crate::outcome::{Outcome, at};
 use crate::pictures::{Album, BeforeAfter};
 use crate::ratio_study::{RatioRow, ratios};
-use crate::results::{ChangeRecord, Results};
+use crate::results::{ChangeRecord, LostRecord, Results};
 use crate::setup::Setup;
 
 /// What a campaign ends with.
@@ -96,7 +96,10 @@ impl Run<'_> {
             regions: foveated.as_ref().and_then(|f| f.album.as_ref()).map(|a| a.change),
         });
         let done = (&outcomes[..], &self.progress.history[..]);
-        let results = Results::of(campaign, done, stopped, foveated.as_ref(), mean_change);
+        let is_own = campaign.references.is_own();
+        let lost = model.as_ref().map(|scene| LostRecord::of(&setup, scene, is_own));
+        let of_result = (mean_change, lost.unwrap_or_default());
+        let results = Results::of(campaign, done, stopped, foveated.as_ref(), of_result);
         let first = at(outcomes, Place::default());
         let ratios = if campaign.ratio_study { ratios(&first) } else { Vec::new() };
         let (outcomes, history) = (self.progress.outcomes, self.progress.history);

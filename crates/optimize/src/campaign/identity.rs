@@ -65,6 +65,7 @@ impl Campaign {
         let mut hash = Hash(Xxh3::new());
         hash.add(&self.inputs());
         hash.add(&(&self.plan, self.oracle.id()));
+        hash.add_cameras(&self.power_views);
         let display = &self.display;
         hash.add(&(&display.name, content_id(display).expect("numbers and text")));
         if let Some(Foveation { clock, filter, .. }) = &self.foveation {
@@ -85,7 +86,8 @@ impl Campaign {
             references,
             background,
             split,
-            power_views,
+            power_views: _,
+            priced: _,
             renderer,
             oracle: _,
             display: _,
@@ -107,7 +109,6 @@ impl Campaign {
         }
         hash.add(&lpips.as_ref().map(|(_, file)| file));
         hash.add_cameras(cameras);
-        hash.add_cameras(power_views);
         hash.add_scene(dense);
         externals.iter().for_each(|(_, scene)| hash.add_scene(scene));
         hash.add(&references.images().digest());

@@ -13,8 +13,7 @@ use super::{Campaign, CampaignError, Run};
 use crate::checkpoint::{Checkpoints, Progress};
 use crate::job::Place;
 use crate::outcome::Outcome;
-use crate::plan::sample_name;
-use crate::role::Role;
+use crate::role::{FORMER_OPTIMUM, Role};
 use crate::setup::Setup;
 use crate::watch::CampaignWatch;
 
@@ -145,7 +144,7 @@ impl Campaign {
             };
             let scene = stored.as_ref().unwrap_or(&self.dense);
             let priced = priced(&setup, outcome, finished.first().zip(outcomes.first()), scene)?;
-            outcomes.push(renamed(priced, &outcomes));
+            outcomes.push(renamed(priced));
             before.push(outcome);
         }
         let gone = if makes { Vec::new() } else { self.stale(&finished, &before, &outcomes) };
@@ -262,11 +261,11 @@ fn priced(
     Ok(priced)
 }
 
-/// The optimum of before is a sample now: the minimum is elsewhere.
-fn renamed(outcome: Outcome, done: &[Outcome]) -> Outcome {
+/// The optimum of before is a sample now, because the minimum is elsewhere, and says what it was.
+fn renamed(outcome: Outcome) -> Outcome {
     if outcome.role != Role::Optimum {
         return outcome;
     }
-    let (optimum, sample) = (Role::Optimum.name(), sample_name(done, outcome.place));
-    Outcome { name: outcome.name.replace(&optimum, &sample), role: Role::Sample, ..outcome }
+    let name = outcome.name.replace(&Role::Optimum.name(), FORMER_OPTIMUM);
+    Outcome { name, role: Role::Sample, ..outcome }
 }

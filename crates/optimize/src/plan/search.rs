@@ -314,7 +314,7 @@ impl<'a> Search<'a> {
     /// The dense model, trained on without the gate views.
     pub fn held_out(&self) -> Job {
         let job = measured(&Role::HeldOut.name(), Role::HeldOut);
-        Job { config: Some(self.plain(self.settings.first_budget())), ..job }
+        Job { config: Some(self.plain(self.settings.held_out_iterations)), ..job }
     }
 
     /// A baseline's model of a level of the periphery.
@@ -446,7 +446,7 @@ fn is_end(o: &Outcome) -> bool {
 
 /// What the next sample of a place is called, without the letter of a quality or the number of a
 /// level. Of those before it some may be gone.
-pub(crate) fn sample_name(done: &[Outcome], place: Place) -> String {
+fn sample_name(done: &[Outcome], place: Place) -> String {
     let here = done.iter().filter(|o| o.role == Role::Sample && o.place == place);
     let number = |o: &Outcome| o.name.rsplit('-').next()?.parse::<usize>().ok();
     let last = here.filter_map(number).max().unwrap_or(0);

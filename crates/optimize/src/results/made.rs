@@ -1,8 +1,8 @@
 //! From a run to its results.
 
 use super::{
-    ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
-    SeenRecord, VERSION, VariantRecord,
+    ChangeRecord, FORMAT, FitRecord, FovealRecord, LostRecord, ModelRecord, Reference, Results,
+    ScreenRecord, SeenRecord, VERSION, VariantRecord,
 };
 use crate::campaign::{Campaign, FoveatedModels};
 use crate::foveated::{Foveal, cheapest, missing_regions};
@@ -11,10 +11,11 @@ use crate::job::Place;
 use crate::outcome::Outcome;
 use crate::plan::{Plan, Variant};
 use crate::role::Role;
-use crate::setup::Seen;
+use crate::setup::{Seen, Setup};
 use crate::target::Target;
 use powergs_base::TOOL_VERSION;
 use powergs_frame::fovea::Screen;
+use powergs_scene::Gaussians;
 
 /// Where λ steered a model is read from this part of its iterations, the last one.
 const LAST: u32 = 10;
@@ -27,7 +28,7 @@ impl Results {
         (done, history): (&[Outcome], &[HistoryRow]),
         stopped: Option<&str>,
         foveated: Option<&FoveatedModels>,
-        mean_change: Option<ChangeRecord>,
+        (mean_change, lost): (Option<ChangeRecord>, Vec<LostRecord>),
     ) -> Results {
         let run = &Made { plan: &campaign.plan, done, history };
         let dense = done.iter().find(|o| o.role == Role::Dense);
@@ -47,6 +48,8 @@ impl Results {
             },
             width_px: campaign.cameras[0].width,
             height_px: campaign.cameras[0].height,
+            priced: Some(campaign.priced.clone()),
+            lost,
             screen: screen.map(record),
             missing_regions: missing.into_iter().map(str::to_owned).collect(),
             oracle: campaign.oracle.name(),
@@ -63,6 +66,37 @@ impl Results {
             foveated: measured.iter().map(|f| foveal(run, f)).collect(),
             mean_change,
         }
+    }
+}
+
+/// Views that are named of those that lost.
+const NAMED: usize = 5;
+
+impl LostRecord {
+    /// The views in which `scene` lost most against the dense model, of those that gate and test,
+    /// first the worst. Views that were made are no views of the user.
+    pub(crate) fn of(setup: &Setup<'_>, scene: &Gaussians, is_own: bool) -> Vec<LostRecord> {
+        let gate = setup.gate_views();
+        let gate = &gate[..gate.len().saturating_sub(setup.split.made)];
+        let test = setup.split.test.iter().filter(|view| !gate.contains(view));
+        let views: Vec<usize> = gate.iter().chain(test).copied().collect();
+        let psnr = |scene: &Gaussians| {
+            let seen = setup.see_each(scene, &views, None).into_iter();
+            seen.map(|s| finite(s.quality.psnr_db)).collect::<Vec<Option<f64>>>()
+        };
+        let before = if is_own { vec![None; views.len()] } else { psnr(setup.dense) };
+        let rows = views.iter().zip(psnr(scene)).zip(before);
+        let mut lost: Vec<LostRecord> = rows
+            .map(|((&view, psnr_db), dense_psnr_db)| LostRecord {
+                view: setup.cameras[view].name.clone(),
+                is_test: setup.split.test.contains(&view),
+                psnr_db,
+                dense_psnr_db,
+            })
+            .collect();
+        lost.sort_by(|a, b| b.loss_db().total_cmp(&a.loss_db()));
+        lost.truncate(NAMED);
+        lost
     }
 }
 

@@ -11,6 +11,8 @@ mod lambda;
 mod levels;
 mod oracle;
 mod photos;
+mod priced;
+mod promise;
 mod prune;
 mod record;
 mod renderer;

@@ -8,6 +8,7 @@ use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::ratio_study::{RATIOS, ratios};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::Settings;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{DisplayTerm, Pruning};
@@ -264,6 +265,13 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
     let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
     assert_eq!(names[..3], ["dense", "held-out", "sample-01"]);
     assert!(all[1].config.is_some() && all[1].from.is_none());
+    // A share is the same quality, however long the search is.
+    let dense = [outcome("dense", Role::Dense, 0.0, (0.5, 1.0))];
+    for iterations in [12, 1_000] {
+        let settings = Settings { iterations, ..Settings::DEFAULT };
+        let job = campaign.next(&settings, 300, &dense).unwrap();
+        assert_eq!(job.config.map(|c| (job.name, c.iterations)), Some(("held-out".into(), 1_000)));
+    }
     for (name, from) in [
         ("sample-01", "held-out"),
         ("sample-02", "sample-01"),

@@ -1,7 +1,7 @@
 //! What a user wants to know first: the watts before and after, where they are, what limits the
 //! result, and what a lower quality would buy.
 
-use super::{Grade, ITSELF, Story};
+use super::{Grade, ITSELF, Story, decimals};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_energy::action::Stage;
@@ -36,7 +36,7 @@ fn work_w(o: &Outcome) -> f64 {
 pub(super) fn table(story: &Story<'_>) -> Option<Table> {
     let dense = story.of_role(Role::Dense)?;
     let (per_watt, unit) = watt_unit(dense.watts.total_w());
-    let watts = |name: &str| Column::fixed(name, 2);
+    let watts = |name: &str| Column::fixed(name, decimals(per_watt));
     let columns = [
         Column::text("quality"),
         watts(&format!("total, {unit}")),
@@ -45,6 +45,7 @@ pub(super) fn table(story: &Story<'_>) -> Option<Table> {
         watts("standby"),
         Column::fixed("saved, %", 1),
         Column::fixed("gate, dB", 2),
+        Column::fixed("test, dB", 2),
         Column::count("Gaussians"),
         Column::text("mostly"),
         Column::text("used up"),
@@ -54,13 +55,15 @@ pub(super) fn table(story: &Story<'_>) -> Option<Table> {
     ];
     let row = |label: &str, o: &Outcome, more: [Cell; 5]| {
         let saved = 1.0 - o.watts.total_w() / dense.watts.total_w();
-        let numbers: [Cell; 7] = [
+        let psnr = |db: f64| Cell::from(Some(db).filter(|db| *db < ITSELF));
+        let numbers: [Cell; 8] = [
             (per_watt * o.watts.total_w()).into(),
             (per_watt * o.watts.display_w).into(),
             (per_watt * work_w(o)).into(),
             (per_watt * standby_w(o)).into(),
             Some(100.0 * saved).filter(|_| o.role != Role::Dense).into(),
-            Some(o.gate.quality.psnr_db).filter(|db| *db < ITSELF).into(),
+            psnr(o.gate.quality.psnr_db),
+            psnr(o.test.quality.psnr_db),
             o.points.into(),
         ];
         [Cell::from(label)].into_iter().chain(numbers).chain(more).collect::<Vec<Cell>>()
@@ -70,8 +73,6 @@ pub(super) fn table(story: &Story<'_>) -> Option<Table> {
     table.row(row("dense", dense, [most_of(dense).into(), none(), none(), none(), none()]));
     for grade in &story.grades {
         let Some(result) = story.result_of(grade) else { continue };
-        // The quality of the user's own has no name.
-        let label = if grade.name == "own" { "result" } else { grade.name.as_str() };
         let used_up = grade.target.map(|t| used_up(story, result, Target::Likeness(t)));
         let next = next_saves(grade, result);
         let name = result.name.as_str();
@@ -82,7 +83,7 @@ pub(super) fn table(story: &Story<'_>) -> Option<Table> {
             name.into(),
             Cell::from(grade.file()),
         ];
-        table.row(row(label, result, more));
+        table.row(row(&grade.name, result, more));
     }
     Some(table)
 }
@@ -130,9 +131,9 @@ pub(super) fn section(page: &mut Document, story: &Story<'_>) {
     let Some(best) = story.result() else { return };
     page.paragraph(Text::marked(
         "All powers have the unit of the total. Standby is what the accelerator draws whatever it \
-         renders: leakage, DRAM background and refresh. Charts and other tables count it as \
-         rendering. Pruning is used up where no model that passes is pruned further, dimming where \
-         no quality is left above the target.",
+         renders: leakage, DRAM background and refresh. With rendering it makes up the \
+         accelerator, which charts and other tables have. Pruning is used up where no model that \
+         passes is pruned further, dimming where no quality is left above the target.",
     ));
     let several = story.grades.iter().filter(|g| g.result.is_some()).count() > 1;
     if several {
@@ -195,9 +196,14 @@ fn pruning(story: &Story<'_>, best: &Outcome) -> Option<String> {
         }
         None => "not exhausted: all shares that were tried passed (`--rhos` takes others)".into(),
     };
-    let little = match work_w(best) < LITTLE * best.watts.total_w() {
-        true => "; but rendering is so little of the power that more would hardly count",
-        false => "",
+    // Where the price is that of smaller images than are shown, this would mislead.
+    let is_little = work_w(best) < LITTLE * best.watts.total_w() && story.priced.photos.is_none();
+    let little = match is_little {
+        true => format!(
+            "; but at {} rendering is so little of the power that more would hardly count",
+            story.priced.size_text()
+        ),
+        false => String::new(),
     };
     Some(format!(
         "Pruning: {} of the Gaussians gone; up to {} passed, {verdict}{little}.",

@@ -1,5 +1,5 @@
-//! The display-render plane: models that reach the target, the curve through them, lines of equal
-//! total power.
+//! The plane of display and accelerator power: models that reach the target, the curve through
+//! them, lines of equal total power.
 
 use super::{MISSED, RESULT, Story, colour};
 use crate::format::{significant, watt_unit};
@@ -10,7 +10,7 @@ use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
 
 const NAME: &str = "plane";
-const TITLE: &str = "Display against rendering power";
+const TITLE: &str = "Display against accelerator power";
 /// Lines of equal total power.
 const ISO_LINES: usize = 6;
 /// The colour of lines of equal total power.
@@ -48,7 +48,7 @@ fn panel(story: &Story<'_>, shown: &[&Outcome]) -> Panel {
     let y = Scale::around(shown.iter().map(render), 0.12);
     let mut panel = Panel::new(
         Axis::new(format!("display power, {unit}"), x).ticks(8),
-        Axis::new(format!("rendering power, {unit}"), y),
+        Axis::new(format!("accelerator power, {unit}"), y),
     );
     panel = iso_power(panel, &unit);
     if let Ok(fit) = &story.conclusion.fit {

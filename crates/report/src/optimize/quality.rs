@@ -58,6 +58,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
         Entry::new("target over the gate views", Symbol::Dashed(TARGET)),
         Entry::new("missed the target", Symbol::Dot(MISSED)),
         Entry::new("sample", Symbol::Dot(colour(Role::Sample))),
+        Entry::new("not of the search", Symbol::Dot(colour(Role::Dense))),
     ];
     if !lines.is_empty() {
         entries.push(Entry::note("lines: one method at several qualities"));

@@ -22,7 +22,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     }
     let values = rows.iter().flat_map(|r| SERIES.iter().filter_map(move |s| (s.2)(r)));
     let y = Scale::around(values.map(|v| 100.0 * v).chain([0.0]), 0.06);
-    let name = "display power over rendering power, dense model";
+    let name = "display power over accelerator power, dense model";
     let x = Axis::new(name, Scale::linear(RATIOS.0, RATIOS.1)).ticks(10);
     let panel = Panel::new(x, Axis::new("power saved, %", y));
     let panel = SERIES.into_iter().fold(panel, |panel, (_, colour, of)| {

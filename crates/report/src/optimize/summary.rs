@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 
-use super::{ITSELF, Story, balance};
-use crate::claims::table;
+use super::{ITSELF, Story, balance, decimals};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
-use crate::format::{engineering, watt_unit, wrapped};
+use crate::format::{engineering, shortened, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_energy::action::Stage;
-use powergs_optimize::claims::Verdict;
 use powergs_optimize::outcome::{Confirmation, Outcome};
+use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::Role;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::{Quality, Target};
@@ -62,11 +61,20 @@ impl Story<'_> {
             (Some(f), Some(best)) => {
                 let (from, to) = (engineering(f.dense_w, "W"), engineering(f.result_w, "W"));
                 let (saved, rho) = (100.0 * f.saved, 100.0 * f.rho);
+                let _ = writeln!(text, "{from} -> {to}: {saved:.1} % saved over {}", self.priced);
+                if let Some(short_db) = self.short_of_promise() {
+                    let psnr_db = best.test.quality.psnr_db;
+                    let _ = writeln!(
+                        text,
+                        "test views, which did not choose it: {psnr_db:.2} dB, {short_db:.2} dB \
+                         less than asked for"
+                    );
+                }
+                let name = &best.name;
                 let _ = writeln!(
                     text,
-                    "{from} -> {to}: {saved:.1} % saved, {rho:.0} % of the Gaussians pruned"
+                    "result: {name}, in final.ply; {rho:.0} % of the Gaussians pruned"
                 );
-                let _ = writeln!(text, "result: {}, in final.ply", best.name);
                 self.reached(&mut text, best);
             }
             _ => {
@@ -101,33 +109,44 @@ impl Story<'_> {
             ("test", self.views.1, best.test.quality, best.error_db[1], self.test_target),
         ];
         for (name, n, q, error, target) in rows {
-            let views = if n == 1 { "view" } else { "views" };
+            let views = match (name, self.made) {
+                ("gate", 1..) => format!("views ({} made between those given)", self.made),
+                _ if n == 1 => "view".into(),
+                _ => "views".into(),
+            };
             let within = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
             let psnr = format!("{:.2}{within} dB", q.psnr_db);
-            let _ = write!(text, "{n} {name} {views}: {psnr}, SSIM {:.4}", q.ssim);
+            let mut line = format!("{n} {name} {views}: {psnr}, SSIM {:.4}", q.ssim);
             if let Some(target) = target {
                 let by = Target::Likeness(target).shortfall(q);
                 let verdict = match by.psnr_db > 0.0 || by.ssim > 0.0 {
                     false => "reached".to_owned(),
                     true => format!("{} below", short_of(by)),
                 };
-                let _ = write!(text, "; target {}: {verdict}", quality(target));
+                let _ = write!(line, "; target {}: {verdict}", quality(target));
             }
-            text.push('\n');
+            let _ = writeln!(text, "{}", wrapped(&line, 80));
         }
         let n = confirming(self.views.0);
         if let Some(Confirmation { seen, luck_db }) = best.confirmation.filter(|_| n > 0) {
-            let psnr = format!("{:.2} dB", seen.quality.psnr_db);
-            let _ = write!(text, "{n} of the gate views did not choose the model: {psnr}");
+            // Views are harder and easier: alone the number would say nothing.
+            let before = self.of_role(Role::HeldOut).and_then(|o| o.confirmation);
+            let before =
+                before.map(|c| format!(", where held-out has {:.2}", c.seen.quality.psnr_db));
+            let mut line = format!(
+                "{n} of the gate views only confirm what the others chose: {:.2} dB there{}",
+                seen.quality.psnr_db,
+                before.unwrap_or_default()
+            );
             if let Some(luck) = luck_db {
                 let than = if luck < 0.0 { "worse" } else { "better" };
                 let _ = write!(
-                    text,
-                    "; when it was chosen it seemed {:.2} dB {than} than all gate views find",
+                    line,
+                    "; when the model was chosen it seemed {:.2} dB {than} than all find it",
                     luck.abs()
                 );
             }
-            text.push('\n');
+            let _ = writeln!(text, "{}", wrapped(&line, 80));
         }
     }
 
@@ -154,6 +173,7 @@ impl Story<'_> {
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let Some(best) = self.result() else { return notes };
+        notes.extend(self.priced.note());
         if best.role.baseline().is_some() {
             notes.push(format!("the result is a comparison: {}", self.missed_by_search(best)));
         }
@@ -163,7 +183,8 @@ impl Story<'_> {
             let n = self.views.0;
             notes.push(format!(
                 "the test views miss the target. {n} gate view{} decided; with more of them \
-                 (--validation 4) or a higher target the result is safer",
+                 (--validation 4, without photos --least-gate 48) or a higher target the result is \
+                 safer",
                 if n == 1 { "" } else { "s" }
             ));
         }
@@ -214,9 +235,13 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     page.add(Block::Verbatim(story.headline()));
     balance::section(&mut page, story);
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
-    page.paragraph(format!("Power: {oracle} at {fps} FPS, display {display}."));
+    let priced = &story.priced;
+    page.paragraph(format!("Power: {oracle} at {fps} FPS over {priced}, display {display}."));
     if let Some(target) = story.target {
-        page.paragraph(format!("Target over the gate views: {}.", quality(target)));
+        let (target, asked) = (quality(target), &story.asked);
+        let is_same = target == *asked;
+        let of = if is_same { String::new() } else { format!(", {asked}") };
+        page.paragraph(format!("Target over the gate views: {target}{of}."));
     }
     if let Some(best) = story.result() {
         page.paragraph(Text::marked(&format!(
@@ -240,7 +265,7 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
          that passed.",
     ));
     fits(&mut page, story);
-    claims(&mut page, story);
+    lost(&mut page, story);
     for chart in charts {
         page.heading(chart.title.clone());
         page.add(Block::Chart(chart.clone()));
@@ -266,7 +291,8 @@ fn models(story: &Story<'_>) -> Table {
     ];
     columns.extend(has_lpips.then(|| Column::fixed("test LPIPS", 4)));
     columns.extend(
-        ["display", "rendering", "total"].map(|what| Column::fixed(format!("{what}, {unit}"), 2)),
+        ["display", "accelerator", "total"]
+            .map(|what| Column::fixed(format!("{what}, {unit}"), decimals(per_watt))),
     );
     let row = |o: &Outcome| {
         let (gate, test) = (o.gate.quality, o.test.quality);
@@ -291,6 +317,32 @@ fn models(story: &Story<'_>) -> Table {
     Table::new(columns).rows(done.iter().map(row))
 }
 
+/// The views in which the result lost most.
+fn lost(page: &mut Document, story: &Story<'_>) {
+    if story.lost.is_empty() {
+        return;
+    }
+    page.heading("Views that lost most");
+    page.paragraph(
+        "Of the gate and test views that were given, those in which the result is furthest below \
+         the dense model (where its renders are the reference: those with the lowest PSNR).",
+    );
+    let columns = [
+        Column::text("view"),
+        Column::text("split"),
+        Column::fixed("PSNR, dB", 2),
+        Column::fixed("dense, dB", 2),
+        Column::fixed("lost, dB", 2),
+    ];
+    let row = |o: &LostRecord| -> Vec<Cell> {
+        let lost = o.dense_psnr_db.zip(o.psnr_db).map(|(dense, psnr)| dense - psnr);
+        let name = shortened(&o.view, 32);
+        let split = if o.is_test { "test" } else { "gate" };
+        vec![name.into(), split.into(), o.psnr_db.into(), o.dense_psnr_db.into(), lost.into()]
+    };
+    page.table(Table::new(columns).rows(story.lost.iter().map(row)));
+}
+
 fn fits(page: &mut Document, story: &Story<'_>) {
     page.heading("Fit");
     match &story.conclusion.fit {
@@ -302,25 +354,9 @@ fn fits(page: &mut Document, story: &Story<'_>) {
                 format!("{name} power: R² {r2}, mean relative error {mre}.").into()
             };
             let mut items: Vec<Text> =
-                [("Display", &fit.display), ("Rendering", &fit.render)].map(curve).to_vec();
+                [("Display", &fit.display), ("Accelerator", &fit.render)].map(curve).to_vec();
             items.extend(fit.notes().iter().map(|note| format!("Note: {note}.").into()));
             page.add(Block::List(items));
         }
     }
-}
-
-/// The published claims that this run can say something about.
-fn claims(page: &mut Document, story: &Story<'_>) {
-    let mut book = story.claims.clone();
-    book.rows.retain(|row| row.verdict != Verdict::Unchecked);
-    if book.rows.is_empty() {
-        return;
-    }
-    page.heading("Claims of the PowerGS paper, checked here");
-    page.paragraph(Text::marked(
-        "These are about the paper, not about this model. Sign and order are what a small scene \
-         and a short run can show; the published numbers are for full-size scenes and 150,000 \
-         iterations. `powergs-sim claims RUN...` also says what could not be checked, and why.",
-    ));
-    page.table(table(&book));
 }

@@ -23,12 +23,14 @@ pub(super) const OPTIMIZER: &[Term] = &[
     term(
         &["saved, %"],
         "%",
-        "Share of the power of the dense model, display and rendering, that a model does not need.",
+        "Share of the power of the dense model, display and accelerator, that a model does not \
+         need.",
     ),
     term(
         &["quality"],
         "",
-        "The target that a model was made for: H, M or L, or one of the user's own (`result`).",
+        "The target that a model was made for: H, M or L, or a share or decibels as they were \
+         asked for.",
     ),
     term(
         &["mostly"],
@@ -60,12 +62,12 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "A pruned model that is fine-tuned until it reaches the target at one ρ.",
     ),
     term(
-        &["gate", "gate views"],
+        &["gate", "gate views", "gate, dB"],
         "",
         "Views that decide whether a model meets the target; λ follows them.",
     ),
     term(
-        &["test", "test views"],
+        &["test", "test views", "test, dB"],
         "",
         "Views that are only reported: nothing is selected or trained on them.",
     ),
@@ -128,11 +130,24 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "",
         "How many Gaussians the model, or a level of it, has left.",
     ),
+    term(
+        &["lost, dB", "dense, dB"],
+        "dB",
+        "PSNR of the dense model in a view, and how much of it the result lost there.",
+    ),
+    term(&["split"], "", "Whether a view decides on quality (gate) or is only reported (test)."),
+    term(
+        &["accelerator"],
+        "W",
+        "What the accelerator draws at the display rate: rendering, and standby, which it draws \
+         whatever it renders.",
+    ),
     term(&["passed", "gate_passed"], "", "Whether the gate views meet the target."),
     term(
         &["render", "render_w", "R"],
         "W",
-        "Rendering power at the display rate, mean over the views of the power.",
+        "Power of the accelerator at the display rate, standby included: mean over the views of \
+         the power.",
     ),
     term(
         &["display_w", "D", "gate_display_w"],
@@ -145,8 +160,8 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "Display power that the curve is fitted to: that of a sample with all quality above the \
          target spent on the display.",
     ),
-    term(&["total_w", "ours_w", "result_w"], "W", "Rendering and display power together."),
-    term(&["display_to_render"], "", "Display power over rendering power of the dense model."),
+    term(&["total_w", "ours_w", "result_w"], "W", "Accelerator and display power together."),
+    term(&["display_to_render"], "", "Display power over accelerator power of the dense model."),
     term(&["display_scale"], "", "Factor on the power of the panel."),
     term(
         &["saved_over_render_only", "saved_over_display_only", "saved_over_dense"],

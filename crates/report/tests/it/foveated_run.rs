@@ -160,6 +160,8 @@ pub fn run() -> Results {
         ]
     };
     Results {
+        priced: None,
+        lost: Vec::new(),
         format: FORMAT.into(),
         version: VERSION,
         tool_version: "0.1.0".into(),

@@ -60,7 +60,7 @@ fn panel(series: &[Series], own: Option<f64>) -> Panel {
     let values = series.iter().flat_map(|s| s.points.iter().map(|p| 100.0 * p.1));
     let y = Axis::new("power saved, %", Scale::around(values.chain([0.0]), 0.06));
     let bottom = y.scale.low();
-    let name = "display power over rendering power, dense model";
+    let name = "display power over accelerator power, dense model";
     let x = Axis::new(name, Scale::linear(RATIOS.0, RATIOS.1)).ticks(10);
     let mut panel = Panel::new(x, y);
     if let Some(own) = own.filter(|own| (RATIOS.0..=RATIOS.1).contains(own)) {

@@ -56,7 +56,7 @@ pub fn headline(r: &Results) -> Table {
     let mut columns = vec![
         Column::text("foveated"),
         Column::new("total", watts()),
-        Column::new("rendering", watts()),
+        Column::new("accelerator", watts()),
         Column::new("display", watts()),
         Column::fixed("FPS", 0).group("machine"),
     ];
@@ -89,7 +89,7 @@ fn methods(page: &mut Document, r: &Results) {
     ));
     let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
     let mut columns = vec![Column::text("method"), Column::fixed("FPS", 0)];
-    columns.extend(["total", "display", "rendering", "of that filter"].map(watts));
+    columns.extend(["total", "display", "accelerator", "of that filter"].map(watts));
     columns.extend(REGIONS.map(|region| Column::fixed(region, 2).group("HVSQ, 1e-5")));
     columns.extend([
         Column::text("HVSQ of L1 to L4, 1e-5"),
@@ -198,7 +198,7 @@ fn levels(page: &mut Document, r: &Results) {
     ];
     columns.extend(["target", "gate", "test"].map(|of| Column::fixed(of, 2).group("HVSQ, 1e-5")));
     columns.extend([Column::fixed("PSNR, dB", 2), Column::fixed("SSIM", 4)]);
-    columns.extend(["display", "rendering", "total"].map(watts));
+    columns.extend(["display", "accelerator", "total"].map(watts));
     columns.push(Column::text("passed"));
     let row = |m: &ModelRecord| {
         let mut cells: Vec<Cell> = vec![
