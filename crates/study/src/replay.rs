@@ -2,6 +2,7 @@
 //! resource of the machine would buy and what another DRAM model makes of the same frames.
 
 mod doubling;
+mod prices;
 
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
@@ -121,11 +122,15 @@ impl Replay<'_> {
         let what_if = doubling
             .and_then(|doubling| doubling.finish(&tried, base, &others, self.display_fps))
             .map(|what_if| WhatIf { is_calibrated, ..what_if });
+        let prices = match self.target {
+            Target::System(system) => prices::bars(system, &main.reports, self.display_fps),
+            Target::Paper(_) => None,
+        };
         Ok(Run {
             facts,
             frames: main.reports,
             tiles: main.slowest.map(|(_, tiles)| tiles),
-            experiments: Experiments { what_if, dram_models },
+            experiments: Experiments { what_if, dram_models, prices },
         })
     }
 }
