@@ -160,9 +160,16 @@ pub fn on_each(
     let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
     let keep = |reports: &mut Vec<FrameReport>, view: FrameView<'_>| reports.push(view.report);
     let folded = Session::new(frames, watch).fold(&subjects, |_| Vec::new(), keep)?;
-    let run =
-        |(facts, frames)| Run { facts, frames, tiles: None, experiments: Experiments::default() };
-    Ok(facts.into_iter().zip(folded.states).map(run).collect())
+    let run = |((system, facts), frames): ((&System, Facts), Vec<FrameReport>)| {
+        let prices = prices::bars(system, &frames, display_fps);
+        Run {
+            facts,
+            frames,
+            tiles: None,
+            experiments: Experiments { prices, ..Experiments::default() },
+        }
+    };
+    Ok(systems.iter().zip(facts).zip(folded.states).map(run).collect())
 }
 
 /// The same frames with the DRAM in windows and with its banks; `None` without a frame.

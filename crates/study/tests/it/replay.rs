@@ -237,7 +237,7 @@ fn only_prices_at_work_have_bars() {
     assert_eq!(bar(&at("gscore-7nm"), "A68"), None, "0.8 to 1.0 V are voltages of 28 nm");
 }
 
-/// Efficiency and latency are of `bandwidth` alone, and PowerGS prices bytes, not commands.
+/// Efficiency and latency are of `bandwidth` alone, and Accelergy prices bytes, not commands.
 #[test]
 fn assumptions_that_move_nothing_do_not_matter() {
     let of = |sets: &[&str]| {
@@ -255,9 +255,9 @@ fn assumptions_that_move_nothing_do_not_matter() {
     let has = |all: &[String], name: &str| all.iter().any(|one| one == name);
     let banked = of(&["ccu.units=4"]);
     assert!(has(&banked, "A40") && has(&banked, "A41"), "{banked:?}");
-    assert!(!["A4", "A5", "powergs"].iter().any(|name| has(&banked, name)), "{banked:?}");
+    assert!(!["A4", "A5", "accelergy"].iter().any(|name| has(&banked, name)), "{banked:?}");
     let flat = of(&["dram.model=bandwidth"]);
-    assert!(["A4", "A5", "powergs"].iter().all(|name| has(&flat, name)), "{flat:?}");
+    assert!(["A4", "A5", "accelergy"].iter().all(|name| has(&flat, name)), "{flat:?}");
     assert!(!has(&flat, "A40") && !has(&flat, "A41"), "{flat:?}");
 }
 

@@ -293,16 +293,14 @@ fn why(keys: &BTreeSet<&Key>) -> String {
             FileKind::Dram => "dram",
             FileKind::Display => return None,
         };
-        let when = WHEN.get(table)?.get(&key.path)?.get("when")?.as_str()?;
-        Some(format!(": `{key}` moves nothing where {when}"))
+        let inert = WHEN.get(table)?.get(&key.path)?;
+        let when = inert.get("when")?.as_str()?;
+        let bytes = key.file == FileKind::Energy && key.path.starts_with("dram.flat.");
+        let other = if bytes { "; it does in the table `gscore-28nm-flat`" } else { "" };
+        Some(format!(": `{key}` moves nothing where {when}{other}"))
     };
     if let Some(reason) = keys.iter().find_map(|key| reason(key)) {
         return reason;
-    }
-    if keys.iter().any(|k| k.file == FileKind::Energy && k.path.starts_with("dram.flat.")) {
-        return ": the table prices the commands of the DRAM device (`dram.device = true`), and bytes \
-                only with `dram.model` = \"bandwidth\"; `gscore-28nm-flat` is a table of bytes"
-            .to_owned();
     }
     if keys.iter().any(|k| k.file == FileKind::Dram && k.path.starts_with("energy.")) {
         return ": the energy table prices bytes (`dram.flat`), not the commands of the device"
