@@ -24,8 +24,8 @@ table = "gscore-28nm"
 
 [[energy]]
 label = "cheap-dram"
-table = "gscore-28nm"
-set = { dram.flat.read.energy = "10.88 pJ/B" }
+table = "gscore-28nm-flat"
+set = { dram.flat.read.energy = "5 pJ/B" }
 
 [[axes]]
 key = "ccu.units"

@@ -45,11 +45,18 @@ fn info_fits_80_columns_and_agrees_with_json() {
     let folder = Folder::new();
     let mut list = frames();
     list[1].facts.camera.name = "a very long name of a view \u{1b}[31m".into();
+    for (k, eye) in [(2, "left"), (3, "right")] {
+        list[k].facts.camera.name = format!("20240212_003919.jpg_{eye}");
+    }
     let bytes = written(&list);
     let file = folder.file("t.bin", &bytes);
     let (text, _) = trace(0, "info", Path::new(&file), &[]);
     for line in text.lines().filter(|l| !l.starts_with("file")) {
         assert!(line.chars().count() <= 80, "{line}");
+    }
+    for eye in ["left", "right"] {
+        let is_shown = |line: &str| line.contains("2024021") && line.contains(&format!("_{eye} "));
+        assert!(text.lines().any(is_shown), "cut at its end: {text}");
     }
     assert!(text.contains("frames      14, 1 of them foveated"), "{text}");
     assert!(text.contains("... 2 frames more: --all") && !text.contains('\u{1b}'), "{text}");

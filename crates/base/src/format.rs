@@ -109,6 +109,18 @@ pub fn shortened(text: &str, width: usize) -> String {
     format!("{kept}…")
 }
 
+/// At most `width` characters; a longer text has `…` in its middle, and keeps both ends.
+pub fn shortened_inside(text: &str, width: usize) -> String {
+    let clean: Vec<char> = text.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    if clean.len() <= width {
+        return clean.into_iter().collect();
+    }
+    let kept = width.saturating_sub(1);
+    let (head, tail) = (kept - kept / 2, kept / 2);
+    let (head, tail) = (&clean[..head], &clean[clean.len() - tail..]);
+    head.iter().chain(&['…']).chain(tail).collect()
+}
+
 /// A quantity as it was written, to three digits if it has more: `60.9 GB/s` for
 /// `60.8874042881 GB/s`. What is no number with a unit, or has no fraction, stays.
 pub fn rounded(text: &str) -> String {

@@ -18,7 +18,7 @@ use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
 pub fn report(run: &Run) -> Json {
     let (facts, table, summary) = (&run.facts, Table::of(run), summary_of(run));
     let found = bottleneck::of(&summary);
-    let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
+    let mattered = limits::mattered(&summary, &facts.machine, found.as_ref(), &run.experiments);
     let frames: Vec<Json> =
         run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
     json!({
@@ -61,6 +61,7 @@ pub fn report(run: &Run) -> Json {
             "assumption": m.assumption,
             "why": super::limits::why(&m.why),
         })).collect::<Vec<_>>(),
+        "prices": prices(run),
         "aggregate": aggregates(&table),
         "frames": frames,
     })
@@ -145,6 +146,19 @@ fn roofline(run: &Run) -> Json {
             "roof_flop_s": p.roof_flop_s,
             "roof": p.roof.name(),
             "attained_frac": p.attained(),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn prices(run: &Run) -> Json {
+    let Some(prices) = &run.experiments.prices else { return Json::Null };
+    json!({
+        "power_w": prices.power_w,
+        "bars": prices.bars.iter().map(|bar| json!({
+            "assumption": bar.assumption,
+            "keys": bar.keys,
+            "low_power_w": bar.low_w,
+            "high_power_w": bar.high_w,
         })).collect::<Vec<_>>(),
     })
 }

@@ -1,11 +1,15 @@
 //! What is not modelled, and which assumptions mattered most, in words.
 
+use std::cmp::Ordering;
+
 use super::document::{Cell, Column, Table, Text};
-use super::format::percent;
+use super::format::{engineering_like, percent};
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
+use powergs_base::format::counted;
 use powergs_energy::Component;
-use powergs_study::findings::limits::{Effect, LeftOutBy, Mattered, NOT_MODELLED, Why};
+use powergs_study::findings::limits::{Effect, LeftOutBy, Mattered, NOT_MODELLED, Why, ways};
+use powergs_study::findings::prices::PriceBars;
 
 /// Why an assumption mattered, in a few words.
 pub fn why(why: &Why) -> String {
@@ -14,6 +18,10 @@ pub fn why(why: &Why) -> String {
             format!("doubling {resource}: frame time {}", signed_percent(*change))
         }
         Why::Bottleneck => "behind the bottleneck of this run".into(),
+        Why::Price { power_w, low_w, high_w } => {
+            let watt = |watts: f64| engineering_like(watts, *power_w, "W");
+            format!("power {}, {} to {} by its price", watt(*power_w), watt(*low_w), watt(*high_w))
+        }
         Why::Energy { part, share } => {
             format!("{}: {} % of the energy", part_words(*part), percent(*share))
         }
@@ -40,25 +48,56 @@ fn part_words(part: Component) -> &'static str {
     }
 }
 
-/// The line on the terminal that points to the list.
-pub fn line(left_out: usize, mattered: &[Mattered]) -> String {
-    const NAMED: usize = 3;
-    let mut text = format!("{left_out} effects left out");
+/// Assumptions that are named on a terminal.
+const NAMED: usize = 3;
+
+/// The line on the terminal that points to the lists: effects, and assumptions other than prices.
+pub fn line(left_out: &[Effect], mattered: &[Mattered]) -> String {
+    let mut text = sum(left_out);
+    let others = |m: &&Mattered| !matches!(m.why, Why::Price { .. });
+    let mattered: Vec<&Mattered> = mattered.iter().filter(others).collect();
     if mattered.is_empty() {
         return text;
     }
-    let named: Vec<String> = mattered.iter().take(NAMED).map(titled).collect();
+    let named: Vec<String> = mattered.iter().take(NAMED).map(|m| titled(&m.assumption)).collect();
     text += &format!("; the assumptions that matter most: {}", named.join("; "));
-    let others: Vec<&str> = mattered.iter().skip(NAMED).map(|m| m.assumption).collect();
+    let others: Vec<&str> = mattered.iter().skip(NAMED).map(|m| m.assumption.as_str()).collect();
     if !others.is_empty() {
         text += &format!("; also {}", others.join(", "));
     }
     text
 }
 
+/// Which way all effects together are wrong, by their number: nobody knows their sizes.
+pub fn sum(left_out: &[Effect]) -> String {
+    let [optimistic, pessimistic, either] = ways(left_out);
+    let all = counted(left_out.len(), "effect");
+    if left_out.is_empty() {
+        return format!("{all} left out");
+    }
+    let so = match optimistic.cmp(&pessimistic) {
+        Ordering::Greater => "frame times are rather too short",
+        Ordering::Less => "frame times are rather too long",
+        Ordering::Equal => "neither way prevails",
+    };
+    format!(
+        "{all} left out: {optimistic} optimistic, {pessimistic} pessimistic, {either} either way: {so}"
+    )
+}
+
+/// How far the widest price assumptions move the power, in a line; `None` where none does.
+pub fn prices(prices: &PriceBars) -> Option<String> {
+    let watt = |watts: f64| engineering_like(watts, prices.power_w, "W");
+    let bar = |bar: &powergs_study::findings::prices::PriceBar| {
+        format!("{} to {} by {}", watt(bar.low_w), watt(bar.high_w), titled(&bar.assumption))
+    };
+    let bars: Vec<String> = prices.bars.iter().take(NAMED).map(bar).collect();
+    let head = format!("{}, one assumption at a time", watt(prices.power_w));
+    (!bars.is_empty()).then(|| format!("{head}: {}", bars.join("; ")))
+}
+
 /// An assumption with its number, or a source with its key, in words.
-pub fn titled(mattered: &Mattered) -> String {
-    let name = mattered.assumption;
+pub fn titled(name: &str) -> String {
     let number = name.strip_prefix('A').and_then(|n| n.parse().ok());
     let known = number.and_then(|number| assumptions().get(&number));
     match (known, references().get(name)) {
@@ -108,8 +147,13 @@ Every report of the `cycle` model ends with this list (`summary.md`, `not_modell
 *Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
 time. The A-numbers are explained in [model-accel.md](model-accel.md) and [model.md](model.md). \
 Beside it a report names the assumptions that mattered most in that run: those behind the \
-resources that move the frame time by 3 % or more when they are doubled (`--what-if`), and those \
-behind every part of 15 % or more of the energy.
+resources that move the frame time by 3 % or more when they are doubled (`--what-if`), those whose \
+prices move the power by 3 % or more, and those without such a knob behind every part of 15 % or \
+more of the energy. For the prices, `replay` prices the counts of the run again with the knob of \
+each price assumption that is in use at its low and its high (`arch-configs/assumptions.toml`; the \
+prices of a DRAM device are those of the assumptions that its file cites), one at a time, and names \
+the three that move the power most (`prices` in `--json` has all that move it by 0.5 %). They say \
+nothing of one another: two that are wrong the same way add up.
 
 Another question is which accelerators a machine file can describe at all: there is one dataflow, \
 tile-wise sort-then-blend. [what-fits.md](what-fits.md) says which published designs fit it, which \

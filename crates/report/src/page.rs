@@ -7,7 +7,8 @@ use super::format::{
 use super::{limits as words, summary_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::{ListOrder, MODEL_VERSION};
+use powergs_core::workload::reuse::KEEP;
 use powergs_energy::action::Stage;
 use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
@@ -42,6 +43,9 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     page.add(Block::Facts(times_and_powers(run, &summary)));
     page.page_heading(format!("Power at {} FPS", rate(run.facts.display_fps)));
     page.table(power(run, &summary));
+    if let Some(line) = prices(run) {
+        page.page_paragraph(Text::from("By the price assumptions in use: ").then(line).then("."));
+    }
     if let Some(cycle) = &summary.cycle {
         cycles(&mut page, run, cycle);
         regions(&mut page, cycle);
@@ -55,22 +59,32 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     if let Some(cycle) = &summary.cycle {
         page.page_heading("Buffers");
         page.on(Shown::Page, Block::Table(buffers(cycle)));
+        if let Some(text) = overfull(run) {
+            page.paragraph(text);
+        }
+        if let Some(text) = kept_order(run) {
+            page.paragraph(text);
+        }
     }
     page.page_heading("Over the frames");
     page.on(Shown::Page, Block::Table(statistics(&Statistics::of(run))));
     page.charts(charts);
     let mut last: Vec<(String, Text)> = Vec::new();
     if summary.throughput_fps().is_some() {
-        let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
-        let left_out = limits::left_out(&run.facts.machine);
-        let line = Text::marked(&words::line(left_out.len(), &mattered));
+        let machine = &run.facts.machine;
+        let mattered = limits::mattered(&summary, machine, found.as_ref(), &run.experiments);
+        let left_out = limits::left_out(machine);
+        last.extend(prices(run).map(|line| ("prices".into(), line)));
+        let line = Text::marked(&words::line(&left_out, &mattered));
         last.push(("limits".into(), line));
         page.page_heading("What is not modelled");
+        page.page_paragraph(format!("{}.", words::sum(&left_out)));
         page.on(Shown::Page, Block::Table(words::table(&left_out)));
         if !mattered.is_empty() {
             page.page_paragraph("Assumptions that mattered most in this run:");
             let item = |same: &[limits::Mattered]| {
-                let titles: Vec<String> = same.iter().map(words::titled).collect();
+                let titles: Vec<String> =
+                    same.iter().map(|m| words::titled(&m.assumption)).collect();
                 Text::marked(&format!("{}: {}", words::why(&same[0].why), titles.join("; ")))
             };
             let items = mattered.chunk_by(|a, b| a.why == b.why).map(item).collect();
@@ -85,6 +99,12 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     last.extend(ending.iter().map(|(name, what)| ((*name).to_owned(), what.as_str().into())));
     page.on(Shown::Terminal, Block::Facts(last));
     page
+}
+
+/// How far the price assumptions in use move the power.
+fn prices(run: &Run) -> Option<Text> {
+    let line = run.experiments.prices.as_ref().and_then(words::prices)?;
+    Some(Text::marked(&line))
 }
 
 /// What was run; and whether it ended early.
@@ -434,6 +454,48 @@ fn dram_models(models: &DramModels) -> String {
     let [time, bytes] = models.differences().map(|d| format!("{:+.2} %", d * 100.0));
     format!("DRAM model `window` against `banked`: time {time}, bytes moved {bytes}.")
         .replace('`', "")
+}
+
+/// Buffers that held more than they have in some frame, where there are any. What is larger than a
+/// share of a buffer enters alone, so that a machine is never stuck; its area is that of the
+/// capacity.
+fn overfull(run: &Run) -> Option<String> {
+    let mut over: Vec<(&'static str, u64, u64)> = Vec::new();
+    let all = run.frames.iter().filter_map(|f| f.timing()).flat_map(|t| &t.buffers);
+    for buffer in all.filter(|b| b.capacity > 0 && b.peak > b.capacity) {
+        let name = buffer.buffer.name();
+        match over.iter_mut().find(|(known, ..)| *known == name) {
+            Some((_, most, _)) => *most = (*most).max(buffer.peak),
+            None => over.push((name, buffer.peak, buffer.capacity)),
+        }
+    }
+    let kib = |bytes: u64| (bytes as f64 / 1024.0).round();
+    let one = |(name, most, has): &(&str, u64, u64)| {
+        format!("up to {} KiB of the {} KiB of {name}", kib(*most), kib(*has))
+    };
+    let over: Vec<String> = over.iter().map(one).collect();
+    let what = "what is larger than a share of a buffer enters alone, so the area is optimistic";
+    (!over.is_empty()).then(|| format!("Batches needed {}: {what}.", over.join(", ")))
+}
+
+/// Lists that keep less than this share of their entries have no order to take over: those of
+/// neighbouring views of a path keep more than [`KEEP`].
+const PATH: f64 = 0.5;
+
+/// How much of the order of the frame before the lists keep, where the machine takes it over.
+fn kept_order(run: &Run) -> Option<String> {
+    let reused = run.frames.iter().filter_map(|f| match f.cycle()?.lists? {
+        ListOrder::Reused(reuse) => Some([reuse.kept, reuse.kept + reuse.new]),
+        ListOrder::Sorted(_) => None,
+    });
+    let [kept, all] = reused.fold([0, 0], |[a, b], [kept, all]| [a + kept, b + all]);
+    let share = (all > 0).then(|| kept as f64 / all as f64)?;
+    let so = match share {
+        s if s > KEEP => "views of a path",
+        s if s >= PATH => "views that are further apart than those of a path",
+        _ => "these views are no path, which a machine that takes over the order lives from",
+    };
+    Some(format!("Order kept from frame to frame: {} % of list entries; {so}.", percent(share)))
 }
 
 /// What the buffers held, where it was measured.

@@ -49,6 +49,10 @@ fn top() -> Map<String, Json> {
             "assumptions_that_mattered",
             array(object(mattered(), "An assumption."), "Those that mattered most in this run."),
         ),
+        (
+            "prices",
+            or_null(object(prices(), "Price assumptions in use; null where none is known.")),
+        ),
         ("aggregate", object(statistics(aggregate), "Over all frames, each with equal weight.")),
         ("frames", array(object(frame(), "One frame."), "Reported frames, in order.")),
     ];
@@ -192,6 +196,19 @@ fn mattered() -> Map<String, Json> {
     map([
         ("assumption", plain("string", "Number of the assumption, or key of a reference.")),
         ("why", plain("string", "Why it mattered.")),
+    ])
+}
+
+fn prices() -> Map<String, Json> {
+    let bar = map([
+        ("assumption", plain("string", "Number of the assumption.")),
+        ("keys", array(json!({"type": "string"}), "Keys of its knob.")),
+        ("low_power_w", plain("number", "Least power with the knob turned, W.")),
+        ("high_power_w", plain("number", "Greatest power with the knob turned, W.")),
+    ]);
+    map([
+        ("power_w", plain("number", "Power at the display rate with the prices as they are, W.")),
+        ("bars", array(object(bar, "An assumption, alone."), "Those that move it, widest first.")),
     ])
 }
 

@@ -2,6 +2,7 @@
 //! resource of the machine would buy and what another DRAM model makes of the same frames.
 
 mod doubling;
+mod prices;
 
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
@@ -121,11 +122,15 @@ impl Replay<'_> {
         let what_if = doubling
             .and_then(|doubling| doubling.finish(&tried, base, &others, self.display_fps))
             .map(|what_if| WhatIf { is_calibrated, ..what_if });
+        let prices = match self.target {
+            Target::System(system) => prices::bars(system, &main.reports, self.display_fps),
+            Target::Paper(_) => None,
+        };
         Ok(Run {
             facts,
             frames: main.reports,
             tiles: main.slowest.map(|(_, tiles)| tiles),
-            experiments: Experiments { what_if, dram_models },
+            experiments: Experiments { what_if, dram_models, prices },
         })
     }
 }
@@ -155,9 +160,16 @@ pub fn on_each(
     let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
     let keep = |reports: &mut Vec<FrameReport>, view: FrameView<'_>| reports.push(view.report);
     let folded = Session::new(frames, watch).fold(&subjects, |_| Vec::new(), keep)?;
-    let run =
-        |(facts, frames)| Run { facts, frames, tiles: None, experiments: Experiments::default() };
-    Ok(facts.into_iter().zip(folded.states).map(run).collect())
+    let run = |((system, facts), frames): ((&System, Facts), Vec<FrameReport>)| {
+        let prices = prices::bars(system, &frames, display_fps);
+        Run {
+            facts,
+            frames,
+            tiles: None,
+            experiments: Experiments { prices, ..Experiments::default() },
+        }
+    };
+    Ok(systems.iter().zip(facts).zip(folded.states).map(run).collect())
 }
 
 /// The same frames with the DRAM in windows and with its banks; `None` without a frame.

@@ -11,8 +11,10 @@ use powergs_base::format::{counted, rate};
 use powergs_core::accel::machine::{DramModel, Organisation, Switch};
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::{FrameReport, Model};
+use powergs_energy::DramCosts;
 use powergs_frame::scene::ShDegree;
 
+use crate::findings::prices::PriceBars;
 use crate::findings::roofline::Roofline;
 use crate::findings::tile_load::TileLoad;
 use crate::findings::what_if::WhatIf;
@@ -91,6 +93,9 @@ pub struct MachineFacts {
     pub dram_peak_gb_s: Option<f64>,
     /// The model of the DRAM; `None` in the `paper` model.
     pub dram_model: Option<DramModel>,
+    /// Who states the price of a DRAM byte, where bytes have one and commands have none: a key of
+    /// `references.toml` or the number of an assumption.
+    pub dram_byte_price: Option<String>,
     /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
     pub second_master_gb_s: Option<f64>,
     /// Whether its units change between sub-tiles for nothing; so in the `paper` model.
@@ -126,6 +131,7 @@ impl MachineFacts {
             clock_hz: Some(system.machine().clock.0),
             dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
             dram_model: Some(system.machine().dram.model),
+            dram_byte_price: dram_byte_price(system),
             second_master_gb_s: {
                 let master = &system.machine().dram.second_master;
                 master.is_on().then_some(master.rate.0 * 1e-9)
@@ -149,12 +155,25 @@ impl MachineFacts {
             clock_hz: None,
             dram_peak_gb_s: None,
             dram_model: None,
+            dram_byte_price: Some("powergs".into()),
             second_master_gb_s: None,
             switches_for_free: true,
             knows_stops: true,
             has_free_lists: true,
             roofline: None,
         }
+    }
+}
+
+/// Who states the price of a DRAM byte; `None` where commands have prices.
+fn dram_byte_price(system: &System) -> Option<String> {
+    let DramCosts::Bytes { .. } = system.prices().dram else { return None };
+    let prices = &system.energy_table().dram;
+    let is_banked = system.machine().dram.model != DramModel::Bandwidth;
+    let of_device = system.device().filter(|_| prices.device && is_banked);
+    match of_device.and_then(|device| device.energy.flat.as_ref()) {
+        Some(flat) => Some(flat.source.clone()),
+        None => prices.flat.as_ref().map(|flat| flat.read.source.clone()),
     }
 }
 
@@ -183,6 +202,8 @@ pub struct Experiments {
     pub what_if: Option<WhatIf>,
     /// The same frames under two models of the DRAM.
     pub dram_models: Option<DramModels>,
+    /// What the price assumptions do to the power; not simulated, priced again.
+    pub prices: Option<PriceBars>,
 }
 
 /// The same frames with the DRAM in windows and with its banks.

@@ -191,7 +191,7 @@ impl Trace {
         }
         let mut table = Table::new([
             Column::count("frame"),
-            Column::text("view").at_most(20),
+            Column::text("view").at_most(20).cut_in_the_middle(),
             Column::count("visible"),
             Column::count("survivors"),
             Column::fixed("B/splat", 2),

@@ -32,7 +32,7 @@ fn replay(out: &Path, asked: usize, millions: &[f64]) -> Result<Exit, Failure> {
     let slowest = (0..millions.len()).max_by(|&a, &b| millions[a].total_cmp(&millions[b]));
     tiles.frame = slowest.unwrap_or(0);
     let frames = millions.iter().enumerate().map(|(i, &m)| builder::frame(i, m)).collect();
-    let experiments = Experiments { what_if: Some(builder::what_if()), dram_models: None };
+    let experiments = Experiments { what_if: Some(builder::what_if()), ..Experiments::default() };
     let run = Run { facts, frames, tiles: Some(tiles), experiments };
     publish(&line.args, &context, &started, folder, &run, &mut |_, _| Ok(None))
 }

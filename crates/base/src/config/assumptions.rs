@@ -29,9 +29,10 @@ pub struct Knob {
     pub file: KnobFile,
     /// Dotted keys; `*` is any name.
     pub keys: Vec<String>,
-    /// The value of all keys instead of half of what they have.
+    /// The value of all keys instead of half of what they have; `x 0.8`: so many times what each
+    /// of them has.
     pub low: Option<String>,
-    /// The value of all keys instead of one and a half times what they have.
+    /// As `low`, instead of one and a half times what they have.
     pub high: Option<String>,
     /// The values that are tried instead of a lower and a higher one.
     pub values: Option<Vec<String>>,
@@ -42,7 +43,38 @@ pub struct Knob {
     /// The machine that comes with the program and that the assumption is about, where it is about
     /// one.
     pub on: Option<String>,
+    /// The technology node that `low` and `high` are numbers of, nanometres, where they are of one.
+    pub node: Option<u32>,
 }
+
+/// What a side of a knob does to its keys.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Turn {
+    /// All of them get this value, as in a file.
+    Set(String),
+    /// Each gets so many times what it has.
+    Times(f64),
+}
+
+impl Knob {
+    /// What its two sides do; `None` where it has names.
+    pub fn turns(&self) -> Option<[Turn; 2]> {
+        let turn = |given: &Option<String>, usual| match given {
+            None => Turn::Times(usual),
+            Some(text) => match text.strip_prefix("x ").and_then(|factor| factor.parse().ok()) {
+                Some(factor) => Turn::Times(factor),
+                None => Turn::Set(text.clone()),
+            },
+        };
+        let sides = [turn(&self.low, LOW), turn(&self.high, HIGH)];
+        self.values.is_none().then_some(sides)
+    }
+}
+
+/// Half.
+const LOW: f64 = 0.5;
+/// One and a half times.
+const HIGH: f64 = 1.5;
 
 /// A kind of configuration file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

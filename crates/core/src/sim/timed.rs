@@ -152,6 +152,26 @@ pub fn priced(
     Ok(report)
 }
 
+impl FrameReport {
+    /// Power at a display rate as other prices of its machine have it, watts: its counts and times
+    /// are the same. With the prices that it was made with it is what
+    /// [`FrameReport::power_display_rate_w`] says, but for rounding. `None` in the `paper` model,
+    /// which counts no actions.
+    pub fn power_with_w(&self, prices: &Prices, fps: f64) -> Option<f64> {
+        let timing = self.timing()?;
+        let seconds = self.frame_time_s()?;
+        let activity = Activity {
+            actions: &self.actions,
+            seconds,
+            idle: idle(timing),
+            dram: timing.dram.commands,
+        };
+        let prices = prices.of_degree(self.colour_degree());
+        let work = prices.breakdown(&activity).dynamic().0 * 1e-12 * self.displayed_fps(fps);
+        Some(work + prices.standby(&activity).at_rate(seconds, fps).iter().sum::<f64>())
+    }
+}
+
 /// Share of the frame for which the units of each kind had no work.
 fn idle(timing: &FrameTiming) -> [f64; 4] {
     let share = |unit: &UnitCycles| {

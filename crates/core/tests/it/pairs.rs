@@ -174,3 +174,25 @@ fn a_trace_holds_whole_pairs_only() {
     assert!(written(&[1]).unwrap_err().contains("without the left one"));
     assert!(written(&[0]).unwrap_err().contains("without the right one"));
 }
+
+/// Counts and times priced again: the same power with the same prices, for views and for pairs, and
+/// another one with others.
+#[test]
+fn a_report_is_priced_again_without_its_frame() {
+    for name in ["gscore", "gscore-powergs"] {
+        let system = system(name);
+        for are_pairs in [false, true] {
+            for report in reports(&mut views(4, are_pairs), &system) {
+                for fps in [60.0, 2000.0] {
+                    let again = report.power_with_w(system.prices(), fps).expect("counts");
+                    let was = report.power_display_rate_w(fps);
+                    assert_relative_eq!(again, was, max_relative = 1e-9);
+                    let mut dear = *system.prices();
+                    dear.per_action.iter_mut().for_each(|pj| *pj *= 2.0);
+                    let more = report.power_with_w(&dear, fps).expect("counts");
+                    assert!(more > 1.05 * was, "{name}: {more} W, and {was} W before");
+                }
+            }
+        }
+    }
+}

@@ -1,4 +1,5 @@
-//! What the buffers held: mean and peak against capacity, and what was discarded unread.
+//! What the buffers held: mean and peak against capacity, and what was discarded unread. A batch that
+//! is larger than its buffer enters alone: a peak may lie beyond the capacity.
 
 use super::{frames, subtitle};
 use crate::format::{engineering, percent};
@@ -39,23 +40,42 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     if rows.is_empty() {
         return None;
     }
-    let x = Axis::new("share of the capacity, %", Scale::linear(0.0, 100.0)).ticks(10);
+    let most = rows.iter().map(|r| share(r.peak.max(r.mean), r)).fold(FULL, f64::max);
+    let end = if most > FULL { (most / FULL).ceil() * FULL } else { FULL };
+    let x = Axis::new("share of the capacity, %", Scale::linear(0.0, end)).ticks(10);
     let mut panel = Panel::new(x, Axis::names(rows.iter().map(|r| r.name)));
     panel.marks = vec![Mark::Bars(rows.iter().enumerate().map(|(i, r)| bar(i, r)).collect())];
     panel.right = rows.iter().enumerate().map(|(i, r)| (i as f64 + 0.5, facts(r))).collect();
-    let entries = [("mean", Colour::BLUE), ("peak", Colour::SKY), ("never filled", Colour::PALE)];
+    let mut entries =
+        vec![("mean", Colour::BLUE), ("peak", Colour::SKY), ("never filled", Colour::PALE)];
+    if most > FULL {
+        entries.push(("peak beyond the capacity", Colour::VERMILION));
+    }
     let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
-    Some(chart.legend(entries.map(|(name, colour)| Entry::fill(name, colour))).panel(panel))
+    Some(
+        chart
+            .legend(entries.into_iter().map(|(name, colour)| Entry::fill(name, colour)))
+            .panel(panel),
+    )
 }
 
-/// The mean, what the peak adds to it, and what was never filled.
+/// A buffer that is full, percent.
+const FULL: f64 = 100.0;
+
+/// Bytes as a share of the capacity of a buffer, percent.
+fn share(bytes: f64, row: &Row) -> f64 {
+    (bytes / row.capacity * FULL).max(0.0)
+}
+
+/// The mean, what the peak adds to it within the capacity and beyond, and what was never filled.
 fn bar(i: usize, row: &Row) -> Bar {
-    let share = |bytes: f64| (bytes / row.capacity * 100.0).clamp(0.0, 100.0);
-    let (mean, peak) = (share(row.mean), share(row.peak));
+    let (mean, peak) = (share(row.mean, row), share(row.peak, row));
+    let within = peak.min(FULL);
     let parts = [
         Part::new(mean, Colour::BLUE),
-        Part::new((peak - mean).max(0.0), Colour::SKY),
-        Part::new(100.0 - peak.max(mean), Colour::PALE),
+        Part::new((within - mean).max(0.0), Colour::SKY),
+        Part::new((peak - within.max(mean)).max(0.0), Colour::VERMILION),
+        Part::new((FULL - peak.max(mean)).max(0.0), Colour::PALE),
     ];
     Bar::new(i, parts.into())
 }

@@ -157,6 +157,13 @@ pub fn note(note: &Note) -> String {
         Note::DramModels(v) => {
             differ("DRAM models", v, String::clone, "times of DRAM are counted differently")
         }
+        Note::DramPrices(v) => differ(
+            "price assumptions of the DRAM",
+            v,
+            String::clone,
+            "a part of the difference in energy and power is theirs, not the memories' (`explain` \
+             says each, `replay` how far it moves the power)",
+        ),
         Note::Misses { label, fps, displayed_fps, missed, frames } => format!(
             "{label} MISSES {} FPS in {missed} of {}: its power is at the {} FPS that it reaches",
             rate(*fps),

@@ -32,6 +32,8 @@ pub struct Column {
     pub shown: Shown,
     /// Characters that it has on a terminal at most; longer words end with `…`.
     pub at_most: usize,
+    /// Whether longer words have `…` in the middle instead: names that differ at their end.
+    pub keeps_ends: bool,
     /// Whether words that are longer take several lines on a terminal instead.
     pub wraps: bool,
 }
@@ -47,6 +49,7 @@ impl Column {
             kind,
             shown: Shown::Everywhere,
             at_most: usize::MAX,
+            keeps_ends: false,
             wraps: false,
         }
     }
@@ -92,6 +95,12 @@ impl Column {
     /// Characters that it has on a terminal at most.
     pub fn at_most(mut self, characters: usize) -> Column {
         self.at_most = characters;
+        self
+    }
+
+    /// Longer words lose their middle.
+    pub fn cut_in_the_middle(mut self) -> Column {
+        self.keeps_ends = true;
         self
     }
 

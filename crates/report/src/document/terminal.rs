@@ -1,7 +1,7 @@
 //! Text for a terminal: wrapped sentences, columns side by side, nothing wider than the terminal.
 
 use super::{Block, Column, Document, Table};
-use crate::format::{shortened, wrapped};
+use crate::format::{shortened, shortened_inside, wrapped};
 
 /// Blanks between two columns.
 const GAP: usize = 2;
@@ -185,7 +185,8 @@ fn line(part: &[usize], cells: &[&str], columns: &[&Column], widths: &[usize]) -
             false => cells[i].to_owned(),
         };
         let lines = if columns[i].wraps { text.split('\n').collect() } else { vec![&*text] };
-        lines.into_iter().map(|line| shortened(line, widths[i])).collect()
+        let cut = if columns[i].keeps_ends { shortened_inside } else { shortened };
+        lines.into_iter().map(|line| cut(line, widths[i])).collect()
     };
     let cells: Vec<Vec<String>> = part.iter().map(lines).collect();
     let high = cells.iter().map(Vec::len).max().unwrap_or(1);

@@ -270,6 +270,7 @@ pub fn facts(frames: usize) -> Facts {
             clock_hz: Some(1e9),
             dram_peak_gb_s: Some(51.2),
             dram_model: None,
+            dram_byte_price: Some("powergs".into()),
             second_master_gb_s: None,
             switches_for_free: true,
             knows_stops: true,
@@ -294,7 +295,7 @@ pub fn run(millions: &[f64]) -> Run {
         facts: facts(frames.len()),
         frames,
         tiles: Some(tiles(979, 546, 16)),
-        experiments: Experiments { what_if: Some(what_if()), dram_models: None },
+        experiments: Experiments { what_if: Some(what_if()), ..Experiments::default() },
     }
 }
 
@@ -351,6 +352,7 @@ pub fn paper() -> Run {
         clock_hz: None,
         dram_peak_gb_s: None,
         dram_model: None,
+        dram_byte_price: Some("powergs".into()),
         second_master_gb_s: None,
         switches_for_free: true,
         knows_stops: true,

@@ -9,6 +9,7 @@ mod formats;
 mod foveated;
 pub mod foveated_run;
 mod json;
+mod limits;
 mod results;
 mod statistics;
 mod text;

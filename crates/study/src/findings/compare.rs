@@ -214,6 +214,8 @@ pub enum Note {
     SchemaVersions(Vec<i64>),
     /// Models of the DRAM.
     DramModels(Vec<String>),
+    /// What the prices of the DRAM rest on: assumptions and references.
+    DramPrices(Vec<String>),
     /// A side falls short of its display rate.
     Misses {
         /// Its label.
@@ -337,6 +339,10 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         differing(sides, |s| s.schema_version, Note::SchemaVersions),
         differing(sides, |s| s.dram_model.clone(), Note::DramModels),
     ]);
+    // An older record, or the published model, says nothing of them.
+    if sides.iter().all(|s| !s.dram_prices.is_empty()) {
+        notes.push(differing(sides, |s| s.dram_prices.join(" and "), Note::DramPrices));
+    }
     let misses = |s: &Side| {
         let (label, displayed_fps) = (s.label.clone(), s.summary.displayed_fps);
         let (fps, frames) = (s.display_fps, s.shown.counted(s.frames));

@@ -2,8 +2,7 @@
 
 use super::bottleneck::{Bottleneck, Limit};
 use super::summary::RunSummary;
-use super::what_if::WhatIf;
-use crate::run_record::MachineFacts;
+use crate::run_record::{Experiments, MachineFacts};
 use powergs_core::accel::machine::DramModel;
 use powergs_energy::Component;
 use powergs_energy::action::UnitKind;
@@ -121,11 +120,17 @@ pub const NOT_MODELLED: [Effect; 13] = [
     effect("lists of early tiles used before preprocessing ends", Bias::Pessimistic, "A28"),
 ];
 
+/// How many effects are wrong which way, in the order of [`Bias`].
+pub fn ways(effects: &[Effect]) -> [usize; 3] {
+    let of = |bias| effects.iter().filter(|e| e.bias == bias).count();
+    [Bias::Optimistic, Bias::Pessimistic, Bias::Either].map(of)
+}
+
 /// An assumption, and why it mattered in this run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mattered {
     /// Number in `docs/model.md` or `docs/model-accel.md`, or a key of `references.toml`.
-    pub assumption: &'static str,
+    pub assumption: String,
     /// Why.
     pub why: Why,
 }
@@ -142,6 +147,15 @@ pub enum Why {
     },
     /// It is behind the bottleneck of the run.
     Bottleneck,
+    /// Turned to its low and high, it moves the power at the display rate.
+    Price {
+        /// Power with the prices as they are, watts.
+        power_w: f64,
+        /// Least power, watts.
+        low_w: f64,
+        /// Greatest power, watts.
+        high_w: f64,
+    },
     /// It prices a large part of the energy.
     Energy {
         /// The part.
@@ -151,49 +165,62 @@ pub enum Why {
     },
 }
 
-/// A doubled resource that moves the time by at least this share matters.
+/// A doubled resource that moves the time, or a price that moves the power, by at least this share
+/// matters.
 const MATTERS: f64 = 0.03;
 
 /// A part of the energy of at least this share matters.
 const LARGE: f64 = 0.15;
 
 /// The assumptions that mattered most: those behind the resources that move the time most when they
-/// are doubled (without that experiment: behind the bottleneck), then those behind the largest
-/// parts of the energy. Each is named once, for its first reason.
+/// are doubled (without that experiment: behind the bottleneck), those whose prices move the power
+/// most when they are turned, then those behind the largest parts of the energy that have no knob.
+/// Each is named once, for its first reason.
 pub fn mattered(
     summary: &RunSummary,
+    machine: &MachineFacts,
     bottleneck: Option<&Bottleneck>,
-    what_if: Option<&WhatIf>,
+    experiments: &Experiments,
 ) -> Vec<Mattered> {
     let mut all: Vec<Mattered> = Vec::new();
-    let mut add = |numbers: &[&'static str], why: Why| {
-        for &assumption in numbers {
-            if !all.iter().any(|m| m.assumption == assumption) {
-                all.push(Mattered { assumption, why });
-            }
+    let mut add = |assumption: &str, why: Why| {
+        if !all.iter().any(|m| m.assumption == assumption) {
+            all.push(Mattered { assumption: assumption.to_owned(), why });
         }
     };
-    match what_if {
+    match &experiments.what_if {
         Some(what_if) => {
             for step in &what_if.steps {
                 let change = what_if.time_change(step);
                 if change.abs() >= MATTERS {
-                    add(step.assumptions, Why::Doubled { resource: step.resource, change });
+                    let why = Why::Doubled { resource: step.resource, change };
+                    step.assumptions.iter().for_each(|number| add(number, why));
                 }
             }
         }
         None => {
             if let Some(found) = bottleneck {
                 let numbers: &[&str] = match found.limit {
-                    Limit::Dram => &["A4", "A5"],
+                    // Only that model has an efficiency and a latency of its own.
+                    Limit::Dram => match machine.dram_model {
+                        None | Some(DramModel::Bandwidth) => &["A4", "A5"],
+                        Some(_) => &["A41"],
+                    },
                     Limit::Unit(UnitKind::Ccu) => &["A1", "A2"],
                     Limit::Unit(UnitKind::Qsu) => &["A23", "A24"],
                     Limit::Unit(UnitKind::Bsu) => &["A25"],
                     Limit::Unit(UnitKind::Vru) => &["A84", "A27"],
                     Limit::Colour => &["A103", "A31"],
                 };
-                add(numbers, Why::Bottleneck);
+                numbers.iter().for_each(|number| add(number, Why::Bottleneck));
             }
+        }
+    }
+    if let Some(prices) = &experiments.prices {
+        let power_w = prices.power_w;
+        for bar in prices.bars.iter().filter(|bar| bar.spread_w() >= MATTERS * power_w) {
+            let (low_w, high_w) = (bar.low_w, bar.high_w);
+            add(&bar.assumption, Why::Price { power_w, low_w, high_w });
         }
     }
     let total = summary.energy.total_pj;
@@ -203,19 +230,19 @@ pub fn mattered(
         large.retain(|(share, _)| *share >= LARGE);
         large.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (share, part) in large {
-            add(behind(part), Why::Energy { part, share });
+            if let Some(source) = behind(part, machine) {
+                add(source, Why::Energy { part, share });
+            }
         }
     }
     all
 }
 
-/// The assumptions behind the price of a part of the energy.
-fn behind(part: Component) -> &'static [&'static str] {
+/// What is behind the price of a part of the energy and has no knob of a price.
+fn behind(part: Component, machine: &MachineFacts) -> Option<&str> {
     match part {
-        Component::Dram => &["powergs"],
-        Component::Sram => &["A13"],
-        Component::Flop => &["A8", "A10"],
-        Component::Leakage => &["A9"],
-        Component::Background | Component::Refresh => &["A11"],
+        Component::Dram => machine.dram_byte_price.as_deref(),
+        Component::Sram => Some("A13"),
+        Component::Flop | Component::Leakage | Component::Background | Component::Refresh => None,
     }
 }

@@ -1,18 +1,13 @@
 //! Machines with the knob of a modelling assumption perturbed: half and one and a half times a
 //! number, or every other name.
 
-use powergs_base::config::assumptions::{Assumption, Knob, assumptions};
+use powergs_base::config::assumptions::{Assumption, Knob, Turn, assumptions};
 use powergs_base::config::knob;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, Frames, RunError, System, SystemSpec, Watch};
 
 use super::measure::{Machines, Measurements};
 use crate::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Sensitivity};
-
-/// Half.
-const LOW: f64 = 0.5;
-/// One and a half times.
-const HIGH: f64 = 1.5;
 
 /// Every assumption of `docs/model.md` that has a knob, perturbed one at a time.
 #[derive(Debug, Clone, Copy)]
@@ -155,16 +150,17 @@ fn of_knob(
         changed(base, knob, |_| Some(value.clone()))
     };
     let scaled = |factor: f64| changed(base, knob, |v| knob::scaled(v, factor));
-    let side = |given: &Option<String>, factor| match given {
-        Some(text) => set(text),
-        None => scaled(factor),
+    let mut side = |turn: Turn| match turn {
+        Turn::Set(text) => added(set(&text)),
+        Turn::Times(factor) => added(scaled(factor)),
     };
-    let sides: Vec<[Option<Perturbation>; 2]> = match &knob.values {
-        Some(names) => {
-            let others = names.iter().filter(|name| has.iter().any(|h| h != *name));
-            others.map(|name| [None, added(set(name))]).collect()
+    let sides: Vec<[Option<Perturbation>; 2]> = match knob.turns() {
+        Some(turns) => vec![turns.map(side)],
+        None => {
+            let names = knob.values.iter().flatten();
+            let others = names.filter(|name| has.iter().any(|h| h != *name));
+            others.map(|name| [None, side(Turn::Set(name.clone()))]).collect()
         }
-        None => vec![[added(side(&knob.low, LOW)), added(side(&knob.high, HIGH))]],
     };
     if let [[None, None]] = &sides[..] {
         return Err(format!(

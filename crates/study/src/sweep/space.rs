@@ -274,7 +274,20 @@ impl Space {
     }
 
     fn built(&self, index: u64, constrained: bool) -> Result<Design, Rejected> {
-        let mut draft = Draft::new(self, index)?;
+        self.designed(Draft::new(self, index)?, index, constrained)
+    }
+
+    /// The design of a point without one of the keys of `set`, whatever the constraints say.
+    fn built_without(&self, index: u64, setting: usize) -> Result<Design, Rejected> {
+        self.designed(Draft::without(self, index, Some(setting))?, index, false)
+    }
+
+    fn designed<'a>(
+        &'a self,
+        mut draft: Draft<'a>,
+        index: u64,
+        constrained: bool,
+    ) -> Result<Design, Rejected> {
         let digits = self.lattice.digits(index);
         if let Some(i) = (0..digits.len()).find(|&i| draft.digits[i] != digits[i]) {
             let canonical = self.lattice.index(&draft.digits);

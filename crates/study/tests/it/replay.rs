@@ -3,12 +3,13 @@
 
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::session::Target;
-use powergs_core::run::{Change, Frames, PaperModel, Session, System, SystemSpec};
+use powergs_core::run::{Change, FileKind, Frames, PaperModel, Session, System, SystemSpec};
 use powergs_core::sim::{FrameReport, Model};
 use powergs_core::workload::paper::Padding;
-use powergs_study::findings::WhatIf;
 use powergs_study::findings::cost::Cost;
+use powergs_study::findings::prices::{PriceBar, PriceBars};
 use powergs_study::findings::what_if::{Advice, Step};
+use powergs_study::findings::{Bottleneck, Limit, RunSummary, WhatIf, bottleneck, limits};
 use powergs_study::replay::{Replay, on_each};
 
 use crate::frames;
@@ -173,4 +174,104 @@ fn the_published_model_has_neither_machine_nor_experiment() {
     assert_eq!(run.facts.trace.frames, frames(2).range().len());
     assert!(run.facts.machine.roofline.is_none() && run.experiments.what_if.is_none());
     assert!(run.tiles.is_some() && !run.incomplete());
+}
+
+/// The price assumptions in use on a machine with these `--set` values.
+fn prices(sets: &[&str]) -> PriceBars {
+    let sets = sets.iter().map(|s| (*s).to_owned()).collect();
+    let spec = SystemSpec { sets, ..SystemSpec::named("gscore") };
+    let system = System::load(&spec, &EmbeddedFiles).expect("a machine");
+    let run = replay(&system).run(&mut frames(2), &()).expect("a run");
+    run.experiments.prices.expect("prices")
+}
+
+fn bar<'a>(prices: &'a PriceBars, assumption: &str) -> Option<&'a PriceBar> {
+    prices.bars.iter().find(|bar| bar.assumption == assumption)
+}
+
+/// The bar of an assumption is what runs with its prices draw.
+#[test]
+fn a_price_bar_is_what_the_turned_machine_draws() {
+    let found = prices(&[]);
+    let power = |scale: f64| {
+        let change =
+            Change { file: FileKind::Dram, path: "energy.scale".to_owned(), value: scale.into() };
+        let system = System::named("gscore").and_then(|s| s.with(&[change])).expect("a machine");
+        let mut frames = frames(2);
+        let reports = Session::new(&mut frames, &()).reports(&[system]).expect("reports");
+        let watts: f64 = reports[0].iter().map(|r| r.power_display_rate_w(60.0)).sum();
+        watts / 2.0
+    };
+    let a40 = bar(&found, "A40").expect("LPDDR4");
+    for (found, scale) in [(a40.low_w, 0.25), (found.power_w, 0.5), (a40.high_w, 1.0)] {
+        assert!((found / power(scale) - 1.0).abs() < 1e-9, "{found} at {scale}");
+    }
+    assert!(found.bars.is_sorted_by(|a, b| a.spread_w() >= b.spread_w()));
+    assert!(found.bars.iter().all(|b| b.low_w <= found.power_w && found.power_w <= b.high_w));
+}
+
+/// Prices that the machine does not have move nothing, and are not named.
+#[test]
+fn only_prices_at_work_have_bars() {
+    const DEVICES: [(&str, &str, &str); 5] = [
+        ("lpddr4-3200-x16x8", "RoBaCoCh", ""),
+        ("lpddr5-6400-x16x8", "bg64", "A43"),
+        ("lpddr5x-8533-x16x8", "bg64", "A46"),
+        ("lpddr6-10667-x12x8", "bg64", "A48"),
+        ("hbm2-8ch", "bg64", "A44"),
+    ];
+    for (device, mapping, own) in DEVICES {
+        let sets = [format!("dram.device={device}"), format!("dram.mapping={mapping}")];
+        let found = prices(&sets.each_ref().map(String::as_str));
+        for number in ["A43", "A44", "A46", "A48"] {
+            assert_eq!(bar(&found, number).is_some(), number == own, "{device}: {number}");
+        }
+        assert_eq!(bar(&found, "A40").is_some(), device != "hbm2-8ch", "{device}");
+        assert_eq!(bar(&found, "A11"), None, "{device}: its commands are counted");
+    }
+    let flat = prices(&["energy=gscore-28nm-flat"]);
+    assert!(bar(&flat, "A11").is_some() && bar(&flat, "A40").is_none(), "{flat:?}");
+    // The exponent of the table's node, at a clock that is not that of its prices.
+    let at = |energy: &str| prices(&["clock=500 MHz", &format!("energy={energy}")]);
+    assert!(bar(&at("gscore-28nm"), "A68").is_some());
+    assert_eq!(bar(&at("gscore-7nm"), "A68"), None, "0.8 to 1.0 V are voltages of 28 nm");
+}
+
+/// Efficiency and latency are of `bandwidth` alone, and Accelergy prices bytes, not commands.
+#[test]
+fn assumptions_that_move_nothing_do_not_matter() {
+    let of = |sets: &[&str]| {
+        let sets = sets.iter().map(|s| (*s).to_owned()).collect();
+        let spec = SystemSpec { sets, ..SystemSpec::named("gscore") };
+        let system = System::load(&spec, &EmbeddedFiles).expect("a machine");
+        let run = replay(&system).run(&mut frames(1), &()).expect("a run");
+        let summary = RunSummary::of(&run).expect("frames");
+        let limit = Limit::Dram;
+        let dram = bottleneck::of(&summary).map(|found| Bottleneck { limit, ..found });
+        let machine = &run.facts.machine;
+        let all = limits::mattered(&summary, machine, dram.as_ref(), &run.experiments);
+        all.into_iter().map(|m| m.assumption).collect::<Vec<_>>()
+    };
+    let has = |all: &[String], name: &str| all.iter().any(|one| one == name);
+    let banked = of(&["ccu.units=4"]);
+    assert!(has(&banked, "A40") && has(&banked, "A41"), "{banked:?}");
+    assert!(!["A4", "A5", "accelergy"].iter().any(|name| has(&banked, name)), "{banked:?}");
+    let flat = of(&["dram.model=bandwidth"]);
+    assert!(["A4", "A5", "accelergy"].iter().all(|name| has(&flat, name)), "{flat:?}");
+    assert!(!has(&flat, "A40") && !has(&flat, "A41"), "{flat:?}");
+}
+
+#[test]
+fn of_several_knobs_the_widest_counts_and_narrow_bars_are_none() {
+    let bar = |assumption: &str, low_w, high_w| PriceBar {
+        assumption: assumption.to_owned(),
+        keys: Vec::new(),
+        low_w,
+        high_w,
+    };
+    let all =
+        [bar("A1", 0.9, 1.0), bar("A2", 0.999, 1.001), bar("A1", 0.8, 1.3), bar("A3", 1.0, 1.2)];
+    let found = PriceBars::new(1.0, all);
+    let shown: Vec<_> = found.bars.iter().map(|b| (b.assumption.as_str(), b.high_w)).collect();
+    assert_eq!(shown, [("A1", 1.3), ("A3", 1.2)]);
 }

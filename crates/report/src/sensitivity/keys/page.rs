@@ -20,7 +20,7 @@ pub fn document(all: &Keys, charts: &[Chart], folder: Option<&str>) -> Document 
     let rows: Vec<&KeyRow> = all.of(Status::Alive).filter(|r| r.is_number()).collect();
     if !rows.is_empty() {
         page.paragraph(Text::marked(
-            "By what a far step does: changes at half and at double (or as near to them as a \
+            "By what a far step does to the power, then to anything: changes at half and at double (or as near to them as a \
              machine allows), in percent. Elasticity: `d ln y / d ln x` over the near values; `~` \
              marks a kink, where one side is at least twice as steep as the other, `|` one that is \
              known on one side only: neither says what other steps do. Of means over the traces.",
@@ -94,14 +94,10 @@ fn values(row: &KeyRow, reach: Reach) -> Cell {
 /// The measures that a terminal has room for.
 const SHORT: [Measure; 2] = [Measure::Fps, Measure::Power];
 
-/// The keys that move one of [`SHORT`], by that.
+/// The keys that move one of [`SHORT`], in their order.
 fn shortest(rows: &[&KeyRow]) -> Table {
-    let effect = |row: &KeyRow| {
-        let far = SHORT.into_iter().flat_map(|m| row.far(m));
-        far.flatten().map(f64::abs).fold(0.0, f64::max)
-    };
-    let mut moving: Vec<&KeyRow> = rows.iter().copied().filter(|r| effect(r) >= LEAST).collect();
-    moving.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+    let moves = |row: &&KeyRow| SHORT.into_iter().any(|m| row.far_effect_on(m) >= LEAST);
+    let mut moving: Vec<&KeyRow> = rows.iter().copied().filter(moves).collect();
     let (all, others) = (moving.len(), rows.len() - moving.len());
     moving.truncate(MOST);
     let mut more = Vec::new();
@@ -150,14 +146,16 @@ fn numbers(rows: &[&KeyRow]) -> Table {
     table
 }
 
-/// One row for each other name, with its changes, the largest first.
+/// One row for each other name, with its changes, those that move the power most first.
 fn names(all: &Keys) -> Table {
     let mut rows = Vec::new();
     for row in all.of(Status::Alive).filter(|r| !r.is_number()) {
         let base = Cost::mean(&row.base);
         for (other, outcome) in row.reached(Reach::Name) {
             let changes = Measure::ALL.map(|m| m.change(&outcome, &base));
-            let effect = changes.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
+            let power = Measure::Power.change(&outcome, &base).map_or(0.0, f64::abs);
+            let largest = changes.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
+            let effect = ((power / LEAST).floor(), largest);
             let words: [Cell; 4] = [
                 row.file.into(),
                 Text::code(row.key.clone()).into(),
@@ -167,7 +165,8 @@ fn names(all: &Keys) -> Table {
             rows.push((effect, words.into_iter().chain(changes.map(percent)).collect::<Vec<_>>()));
         }
     }
-    rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let by_power = |a: &(f64, f64), b: &(f64, f64)| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1));
+    rows.sort_by(|a, b| by_power(&a.0, &b.0));
     let mut columns = vec![
         Column::text("file").on(Shown::Page),
         Column::text("key"),

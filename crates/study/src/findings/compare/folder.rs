@@ -11,6 +11,7 @@ use powergs_frame::fovea::REGIONS;
 use toml::Value;
 
 use super::Side;
+use super::side::dram_prices;
 use crate::findings::summary::{
     BufferSummary, ColourSummary, CommandMeans, CycleSummary, DramSummary, EnergyMeans, ReadWrite,
     RegionMeans, RunSummary, UnitSummary,
@@ -97,6 +98,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
             .and_then(Value::as_str)
             .unwrap_or_default()
             .to_owned(),
+        dram_prices: dram_prices(&record),
         trace: text("trace"),
         trace_hash: input("trace", "xxh3-128"),
         energy_hash: input("energy", "xxh3-128"),

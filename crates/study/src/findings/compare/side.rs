@@ -1,5 +1,7 @@
 //! One side of a comparison: a run that was just simulated, or a finished report folder.
 
+use std::collections::BTreeSet;
+
 use powergs_base::TOOL_VERSION;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::MODEL_VERSION;
@@ -22,6 +24,9 @@ pub struct Side {
     pub model: String,
     /// `dram.model` of the machine; empty in the `paper` model.
     pub dram_model: String,
+    /// What the DRAM prices rest on, each once: assumptions and references that the device cites, or
+    /// that of the price of a byte; empty where the record does not say.
+    pub dram_prices: Vec<String>,
     /// Name of the trace.
     pub trace: String,
     /// XXH3 of the trace, hexadecimal.
@@ -58,7 +63,9 @@ impl Side {
         let facts = &run.facts;
         let input = |role: &str| facts.inputs.iter().find(|input| input.role == role);
         let hash = |role| input(role).map_or("?".to_owned(), hash_text);
+        let record = record(run);
         Some(Side {
+            dram_prices: dram_prices(&record),
             label: facts.machine.name.clone(),
             machine: facts.machine.name.clone(),
             energy_table: facts.machine.energy_table.clone(),
@@ -78,7 +85,39 @@ impl Side {
             dram_peak_gb_s: facts.machine.dram_peak_gb_s,
             summary: RunSummary::of(run)?,
             means: Table::of(run).means(),
-            record: record(run),
+            record,
         })
     }
+}
+
+/// What the DRAM prices of a recorded run rest on, sorted: what the prices at work cite.
+pub(super) fn dram_prices(record: &toml::Table) -> Vec<String> {
+    fn add(value: &toml::Value, found: &mut BTreeSet<String>) {
+        let Some(table) = value.as_table() else { return };
+        for (key, value) in table {
+            match (key.as_str(), value.as_str()) {
+                ("source" | "scale-source", Some(source)) => {
+                    found.insert(source.to_owned());
+                }
+                _ => add(value, found),
+            }
+        }
+    }
+    let at = |path: &[&str]| {
+        let mut value = record.get("configuration")?;
+        for key in path {
+            value = value.get(key)?;
+        }
+        Some(value)
+    };
+    let model = at(&["machine", "dram", "model"]).and_then(toml::Value::as_str);
+    let by_device = at(&["energy", "dram", "device"]).and_then(toml::Value::as_bool);
+    let counts_commands = model.is_some_and(|model| model != DramModel::Bandwidth.name());
+    let prices = match counts_commands && by_device == Some(true) {
+        true => at(&["dram", "energy"]),
+        false => at(&["energy", "dram", "flat"]),
+    };
+    let mut found = BTreeSet::new();
+    prices.iter().for_each(|prices| add(prices, &mut found));
+    found.into_iter().collect()
 }

@@ -153,6 +153,14 @@ impl KeyRow {
         changes.flatten().map(f64::abs).fold(0.0, f64::max)
     }
 
+    /// The largest relative change of one measure at half or at double, or by another name.
+    pub fn far_effect_on(&self, measure: Measure) -> f64 {
+        if !self.is_number() {
+            return self.effect(measure);
+        }
+        self.far(measure).into_iter().flatten().map(f64::abs).fold(0.0, f64::max)
+    }
+
     /// Relative changes of a measure at half and at double (or as near to it as there are
     /// machines).
     pub fn far(&self, measure: Measure) -> [Option<f64>; 2] {
@@ -250,17 +258,22 @@ pub struct Keys {
     pub step: f64,
     /// The traces.
     pub traces: Vec<Traced>,
-    /// The keys; after [`Keys::sorted`] by what a far step does, the largest first.
+    /// The keys; after [`Keys::sorted`] by what a far step does to the power, the largest first.
     pub rows: Vec<KeyRow>,
     /// Keys that are not perturbed.
     pub not_tried: Vec<NotTried>,
 }
 
 impl Keys {
-    /// Rows by what a far step does; equal ones stay in the order of the files.
+    /// Rows by what a far step does to the power, in steps of [`LEAST`]; of those that are alike in
+    /// it by what it does to anything; equal ones stay in the order of the files.
     #[must_use]
     pub fn sorted(mut self) -> Keys {
-        self.rows.sort_by(|a, b| b.far_effect().total_cmp(&a.far_effect()));
+        let step = |row: &KeyRow| (row.far_effect_on(Measure::Power) / LEAST).floor();
+        let order = |a: &KeyRow, b: &KeyRow| {
+            step(b).total_cmp(&step(a)).then(b.far_effect().total_cmp(&a.far_effect()))
+        };
+        self.rows.sort_by(order);
         self
     }
 

@@ -1,20 +1,29 @@
-//! Whether a space is worth running: it has a design, and every axis moves something.
+//! Whether a space is worth running: it has a design, every axis and every key of `set` moves
+//! something, and no two energy tables price all designs alike.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::{Axis, Draft, FileKind, Found, Rejected, Space};
+use super::{
+    Axis, Change, Design, Draft, Energy, FileKind, Found, Key, Rejected, Space, Value, get,
+};
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
 use powergs_core::accel::machine::NO_DEVICE;
+use powergs_core::run::identity::{content_id, timing_id};
+use powergs_core::sim::cost::untimed;
+use powergs_dram::Device;
 
 /// Points that are tried until one is a design.
 const LOOK_MAX: u64 = 10_000;
+
+/// Designs on which energy tables and keys of `set` are tried.
+const TRIED: u64 = 24;
 
 /// Surroundings in which an axis is tried.
 const TRIES: usize = 6;
@@ -33,10 +42,9 @@ pub(super) fn all(space: &Space, found: &mut Found<'_>) {
         let message = format!("{sides} axes, and the Sobol sequence here has {most}: use `lhs`");
         found.wrong("sampling.method", message);
     }
-    if space.axes.is_empty() {
-        return first_design(space, found);
-    }
     axes(space, found);
+    settings(space, found);
+    tables(space, found);
     first_design(space, found);
 }
 
@@ -93,6 +101,9 @@ fn some_points(space: &Space, most: u64) -> Box<dyn Iterator<Item = u64>> {
 
 /// Axes whose values all give the same design, wherever they are tried.
 fn axes(space: &Space, found: &mut Found<'_>) {
+    if space.axes.is_empty() {
+        return;
+    }
     let mut random = Pcg64::seed_from_u64(2);
     let points = space.lattice.points();
     let mut around: Vec<u64> = vec![0, points - 1];
@@ -116,7 +127,8 @@ fn axes(space: &Space, found: &mut Found<'_>) {
         match moves(space, number, &places) {
             Ok(false) => {
                 let axis = &space.axes[number];
-                let message = format!("the axis `{}` changes nothing{}", axis.name, why(axis));
+                let keys = axis.keys().into_iter().collect();
+                let message = format!("the axis `{}` changes nothing{}", axis.name, why(&keys));
                 found.wrong(&format!("axes.{number}"), message);
             }
             Ok(true) => {}
@@ -143,17 +155,17 @@ fn moves(space: &Space, number: usize, around: &[u64]) -> Result<bool, Rejected>
     let mut compared = false;
     for &index in around {
         let mut digits = space.lattice.digits(index);
-        let mut first: Option<u128> = None;
+        let mut first: Option<Design> = None;
         for i in 0..tried {
             digits[number] = (u64::from(i) * u64::from(len - 1) / u64::from(tried - 1)) as u32;
-            let id = match space.built(space.lattice.index(&digits), false) {
-                Ok(design) => design.id,
+            let design = match space.built(space.lattice.index(&digits), false) {
+                Ok(design) => design,
                 Err(error @ Rejected::Expression { .. }) => return Err(error),
                 Err(_) => continue,
             };
-            match first {
-                None => first = Some(id),
-                Some(other) if other != id => return Ok(true),
+            match &first {
+                None => first = Some(design),
+                Some(other) if !is_same(other, &design) => return Ok(true),
                 Some(_) => compared = true,
             }
         }
@@ -161,10 +173,116 @@ fn moves(space: &Space, number: usize, around: &[u64]) -> Result<bool, Rejected>
     Ok(!compared)
 }
 
-/// Why the keys of an axis move nothing, where that is known.
-fn why(axis: &Axis) -> String {
+/// Whether two designs have the same results on every trace: one timing, and the same prices. Other
+/// prices in files that do not reach them are no difference.
+fn is_same(a: &Design, b: &Design) -> bool {
+    let prices = |d: &Design| d.prices.iter().map(|p| p.prices).collect::<Vec<_>>();
+    let display = |d: &Design| d.display.as_ref().map(|display| (display.id, d.display_fps));
+    // The memory's own prices are in the table's, where that takes them.
+    let timing = || {
+        let (Some(own), Some(other)) = (&a.device, &b.device) else { return None };
+        let device = Device { energy: own.value.energy.clone(), ..other.value.clone() };
+        Some(timing_id(&b.machine, Some(content_id(&device).ok()?)))
+    };
+    (a.timing_id == b.timing_id || timing() == Some(a.timing_id))
+        && untimed(&a.machine) == untimed(&b.machine)
+        && prices(a) == prices(b)
+        && display(a) == display(b)
+}
+
+/// Designs on which tables and keys of `set` are tried, whatever the constraints say.
+fn tried(space: &Space) -> Vec<Design> {
+    some_points(space, TRIED).filter_map(|index| space.built(index, false).ok()).collect()
+}
+
+/// Keys of `set` that change no design. A value that the file has anyway is no mistake.
+fn settings(space: &Space, found: &mut Found<'_>) {
+    let is_name = |key: &Key| ["name", "description"].contains(&key.path.as_str());
+    let of_interest = |(_, (key, _)): &(usize, &Change)| !key.is_machine() && !is_name(key);
+    let designs = if space.set.is_empty() { Vec::new() } else { tried(space) };
+    for (number, (key, value)) in space.set.iter().enumerate().filter(of_interest) {
+        let moves = |design: &Design| match space.built_without(design.index, number) {
+            Ok(other) => !is_same(design, &other),
+            // Without it there is no machine.
+            Err(_) => true,
+        };
+        let is_restated = |design: &Design| {
+            let draft = Draft::without(space, design.index, Some(number));
+            let own = draft.ok().and_then(|draft| draft.file_value(key));
+            own.is_some_and(|own| is_alike(key, &own, value))
+        };
+        let is_dead = |design: &Design| !moves(design) && !is_restated(design);
+        if !designs.is_empty() && designs.iter().all(is_dead) {
+            let why = why(&BTreeSet::from([*key]));
+            found.wrong("set", format!("`{key}` changes nothing{why}"));
+        }
+    }
+}
+
+/// Energy tables that price every design as another one does, and changed keys of them that change
+/// no price.
+fn tables(space: &Space, found: &mut Found<'_>) {
+    let is_alone = space.energy.iter().all(|e| e.table.is_none());
+    let designs = if is_alone { Vec::new() } else { tried(space) };
+    if designs.is_empty() {
+        return;
+    }
+    for (j, energy) in space.energy.iter().enumerate() {
+        let dead: BTreeSet<&Key> = (0..energy.changes.len())
+            .filter(|&number| !changes_price(space, &designs, j, number))
+            .map(|number| energy.changes[number].0)
+            .collect();
+        let is_twin = |i: &usize| designs.iter().all(|d| d.prices[*i].prices == d.prices[j].prices);
+        let label = &energy.label;
+        if let Some(i) = (0..j).find(is_twin) {
+            let (other, why) = (&space.energy[i].label, why(&dead));
+            let message = format!(
+                "the table `{label}` prices every design as `{other}` does{why}; drop one of the two"
+            );
+            found.wrong(&format!("energy.{j}"), message);
+        } else if !dead.is_empty() {
+            let keys: Vec<String> = dead.iter().map(|key| format!("`{}`", key.path)).collect();
+            let message = format!("{} changes no price{}", keys.join(", "), why(&dead));
+            found.wrong(&format!("energy.{j}.set"), message);
+        }
+    }
+}
+
+/// Whether a changed key of a table changes a price of a design. A value that the table has anyway
+/// counts as a change: it is no mistake.
+fn changes_price(space: &Space, designs: &[Design], table: usize, number: usize) -> bool {
+    let energy = &space.energy[table];
+    let mut changes = energy.changes.clone();
+    let (key, value) = changes.remove(number);
+    let other = Energy { label: energy.label.clone(), table: energy.table.clone(), changes };
+    designs.iter().any(|design| {
+        let Ok(mut draft) = Draft::new(space, design.index) else { return true };
+        if draft.derive().is_err() {
+            return true;
+        }
+        match space.priced(&draft, &other, &design.machine) {
+            Ok(priced) => {
+                let own = get(&priced.table.table, &key.path);
+                priced.prices != design.prices[table].prices
+                    || own.is_some_and(|own| is_alike(key, own, &value))
+            }
+            Err(_) => true,
+        }
+    })
+}
+
+/// Whether two values of a key are one, in whatever unit.
+fn is_alike(key: &Key, a: &Value, b: &Value) -> bool {
+    let value = |value: &Value| key.domain().value(value);
+    a == b || (value(a).is_some() && value(a) == value(b))
+}
+
+/// Why keys move nothing, where that is known.
+fn why(keys: &BTreeSet<&Key>) -> String {
     static WHEN: LazyLock<toml::Table> = LazyLock::new(|| INERT.parse().unwrap_or_default());
-    let keys = axis.keys();
+    if keys.is_empty() {
+        return String::new();
+    }
     if keys.iter().all(|k| ["name", "description"].contains(&k.path.as_str())) {
         return ": names move reports only".to_owned();
     }
@@ -178,11 +296,18 @@ fn why(axis: &Axis) -> String {
             FileKind::Dram => "dram",
             FileKind::Display => return None,
         };
-        let when = WHEN.get(table)?.get(&key.path)?.get("when")?.as_str()?;
-        Some(format!(": `{key}` moves nothing where {when}"))
+        let inert = WHEN.get(table)?.get(&key.path)?;
+        let when = inert.get("when")?.as_str()?;
+        let bytes = key.file == FileKind::Energy && key.path.starts_with("dram.flat.");
+        let other = if bytes { "; it does in the table `gscore-28nm-flat`" } else { "" };
+        Some(format!(": `{key}` moves nothing where {when}{other}"))
     };
     if let Some(reason) = keys.iter().find_map(|key| reason(key)) {
         return reason;
+    }
+    if keys.iter().any(|k| k.file == FileKind::Dram && k.path.starts_with("energy.")) {
+        return ": the energy table prices bytes (`dram.flat`), not the commands of the device"
+            .to_owned();
     }
     if keys.iter().any(|k| k.file == FileKind::Dram) {
         return ": `dram.model` = \"bandwidth\" takes only the peak rate from the device"

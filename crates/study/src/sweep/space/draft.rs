@@ -26,6 +26,15 @@ pub(super) struct Draft<'a> {
 
 impl<'a> Draft<'a> {
     pub(super) fn new(space: &'a Space, index: u64) -> Result<Draft<'a>, Rejected> {
+        Draft::without(space, index, None)
+    }
+
+    /// The same without one of the keys of `set`.
+    pub(super) fn without(
+        space: &'a Space,
+        index: u64,
+        setting: Option<usize>,
+    ) -> Result<Draft<'a>, Rejected> {
         let digits = space.lattice.digits(index);
         let base_name = base_of(space, &digits);
         let base = space.library.machine(&base_name).map_err(Rejected::Machine)?;
@@ -33,7 +42,7 @@ impl<'a> Draft<'a> {
         let active = Vec::with_capacity(digits.len());
         let mut draft =
             Draft { space, digits, active, base, base_name, machine, changes: Vec::new() };
-        for change in &space.set {
+        for (_, change) in space.set.iter().enumerate().filter(|(i, _)| Some(*i) != setting) {
             draft.put(change);
         }
         for (i, axis) in space.axes.iter().enumerate() {
@@ -122,7 +131,7 @@ impl<'a> Draft<'a> {
     }
 
     /// What a key has; `None` where its file has none, or several.
-    fn file_value(&self, key: &Key) -> Option<Value> {
+    pub(super) fn file_value(&self, key: &Key) -> Option<Value> {
         if key.is_machine() {
             return Some(Value::String(self.base_name.clone()));
         }

@@ -19,6 +19,13 @@ fn wrong(lines: &str, parts: &[&str]) {
     }
 }
 
+#[track_caller]
+fn right(lines: &str) {
+    let text = format!("question = \"?\"\nbase = \"gscore\"\n{lines}");
+    let file = SweepFile::parse(&text).unwrap_or_else(|e| panic!("{e}"));
+    Space::new(&file, Arc::new(EmbeddedFiles)).map(drop).unwrap_or_else(|e| panic!("{e}\n{text}"));
+}
+
 fn axis(key: &str, values: &str) -> String {
     format!("[[axes]]\nkey = \"{key}\"\nvalues = {values}\n")
 }
@@ -142,6 +149,91 @@ fn axes_that_change_nothing_are_told_why() {
     wrong(&both, &["changes nothing", "[[energy]] says which"]);
     let never = format!("{}when = \"ccu.units > 100\"", axis("vru.cores", "[1, 2]"));
     wrong(&never, &["line 6", "holds at none of the points"]);
+}
+
+/// A table of prices with this base and these changed keys.
+fn table(label: &str, base: &str, set: &str) -> String {
+    let set = if set.is_empty() { String::new() } else { format!("set = {{ {set} }}\n") };
+    format!("[[energy]]\nlabel = \"{label}\"\ntable = \"{base}\"\n{set}")
+}
+
+/// Bytes of DRAM have no price where commands have one: a table that changes it is no other table.
+#[test]
+fn tables_that_change_nothing_are_told_why() {
+    let dear = "dram.flat.read.energy = \"80 pJ/B\"";
+    let (own, changed) = (table("a", "gscore-28nm", ""), table("b", "gscore-28nm", dear));
+    let both = format!("{own}{changed}{}", axis("vru.cores", "[2, 4]"));
+    let parts = [
+        "line 6",
+        "`b` prices every design as `a` does",
+        "`dram.device` of the table is true",
+        "-flat`",
+    ];
+    wrong(&both, &parts);
+    wrong(
+        &table("b", "gscore-28nm", dear),
+        &["line 6", "`dram.flat.read.energy` changes no price"],
+    );
+    wrong(&format!("{own}{}", own.replace("\"a\"", "\"c\"")), &["as `a` does; drop one"]);
+    // One of two keys.
+    let mixed = format!("{dear}, actions.alpha.energy = \"9 pJ\"");
+    let mixed = format!("{own}{}", table("b", "gscore-28nm", &mixed));
+    wrong(&mixed, &["`dram.flat.read.energy` changes no price"]);
+    // With bytes that have a price each of these is a table of its own.
+    let flat = |set: &str| table(if set.is_empty() { "a" } else { "b" }, "gscore-28nm-flat", set);
+    right(&format!("{}{}", flat(""), flat(dear)));
+    right(&format!("set = {{ dram.model = \"bandwidth\" }}\n{own}{changed}"));
+    // Some of the designs are enough.
+    let model = axis("dram.model", "[\"banked\", \"bandwidth\"]");
+    right(&format!("{own}{changed}{model}"));
+    // A value that the table has anyway may be repeated.
+    let repeated = table("b", "gscore-28nm-flat", "dram.flat.read.energy = \"10.88 pJ/B\"");
+    right(&repeated);
+}
+
+#[test]
+fn settings_that_change_nothing_are_told_why() {
+    let cores = axis("vru.cores", "[2, 4]");
+    let set = |set: &str| format!("set = {{ {set} }}\n{cores}");
+    wrong(
+        &set("cache.ways = 8"),
+        &["line 3", "`cache.ways` changes nothing", "`cache.capacity` is 0"],
+    );
+    wrong(&set("gating.residual = 0.3"), &["`gating.units` is false"]);
+    wrong(
+        &set("\"energy:dram.flat.read.energy\" = \"80 pJ/B\""),
+        &["changes nothing", "`dram.device` of the table is true"],
+    );
+    let tables = table("a", "gscore-28nm", "");
+    let named = format!("set = {{ energy = \"gscore-7nm\" }}\n{tables}{cores}");
+    wrong(&named, &["`energy` changes nothing", "[[energy]] says which"]);
+    let scale = "energy = \"gscore-28nm-flat\", \"dram:energy.scale\" = 1.0";
+    wrong(&set(scale), &["`dram:energy.scale` changes nothing", "prices bytes"]);
+    for alive in [
+        "cache.ways = 8, cache.capacity = \"64 KiB\"",
+        "\"dram:energy.scale\" = 1.0",
+        "clock = \"900 MHz\"",
+        // What the file has anyway, and names.
+        "clock = \"1000 MHz\"",
+        "cache.ways = 4",
+        "description = \"mine\"",
+    ] {
+        right(&set(alive));
+    }
+    // It counts at some points of the space.
+    let capacities = axis("cache.capacity", "[\"0 B\", \"64 KiB\"]");
+    right(&format!("set = {{ cache.ways = 8 }}\n{capacities}"));
+}
+
+#[test]
+fn axes_of_prices_that_nobody_pays_change_nothing() {
+    let read = axis("energy:dram.flat.read.energy", "[\"10 pJ/B\", \"64 pJ/B\"]");
+    wrong(&read, &["changes nothing", "`dram.device` of the table is true"]);
+    right(&format!("set = {{ energy = \"gscore-28nm-flat\" }}\n{read}"));
+    let scale = axis("dram:energy.scale", "[0.5, 1.0]");
+    right(&scale);
+    let flat = format!("set = {{ energy = \"gscore-28nm-flat\" }}\n{scale}");
+    wrong(&flat, &["changes nothing", "prices bytes"]);
 }
 
 #[test]

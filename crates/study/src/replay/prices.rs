@@ -1,0 +1,89 @@
+//! A run priced again: the knobs of the price assumptions that its machine rests on.
+
+use std::collections::BTreeSet;
+
+use powergs_base::config::assumptions::{Knob, KnobFile, Turn, assumptions};
+use powergs_base::config::knob;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{FileKind, System};
+use powergs_core::sim::FrameReport;
+use powergs_core::sim::statistics::{Aggregate, Value, Weight};
+use powergs_energy::Prices;
+use toml::Table;
+
+use crate::findings::prices::{PriceBar, PriceBars};
+
+/// What the price assumptions at work in `system` do to the power of its frames on a display at
+/// `fps`; `None` without frames that count actions.
+pub(super) fn bars(system: &System, frames: &[FrameReport], fps: f64) -> Option<PriceBars> {
+    let power = |prices: &Prices| {
+        let watts = |f: &FrameReport| f.power_with_w(prices, fps).map(Value::Real);
+        let weighted = frames.iter().map(|f| (watts(f), Weight::Displayed.of(f, fps)));
+        Aggregate::weighted(weighted).map(|a| a.mean).filter(|watts| watts.is_finite())
+    };
+    let power_w = power(system.prices())?;
+    let cited = cited(system);
+    let mut bars = Vec::new();
+    for (number, assumption) in assumptions() {
+        let assumption_name = format!("A{number}");
+        for knob in &assumption.knobs {
+            if !is_at_work(system, knob, cited.contains(&assumption_name)) {
+                continue;
+            }
+            let Some(sides) = knob.turns() else { continue };
+            let at = |turn: &Turn| power(turned(system, knob, turn)?.prices());
+            let watts = sides.iter().filter_map(at).chain([power_w]);
+            let ends = watts.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], watts| {
+                [low.min(watts), high.max(watts)]
+            });
+            let [low_w, high_w] = ends;
+            let (assumption, keys) = (assumption_name.clone(), knob.keys.clone());
+            bars.push(PriceBar { assumption, keys, low_w, high_w });
+        }
+    }
+    Some(PriceBars::new(power_w, bars))
+}
+
+/// Whether a knob is of prices that the machine has. What it moves there, turning it tells; but a
+/// price of the memory is only that of the assumption which its device cites, and a number of a
+/// technology is none of another.
+fn is_at_work(system: &System, knob: &Knob, is_cited: bool) -> bool {
+    let is_of_a_device = knob.with.iter().any(|set| set.starts_with("dram.device="))
+        || knob.keys.iter().any(|key| key == "energy.scale");
+    let node = system.energy_table().node.map(|node| node.0);
+    let is_of_its_node = knob.node.is_none_or(|nm| node == Some(f64::from(nm)));
+    match knob.file {
+        KnobFile::Machine => false,
+        KnobFile::Energy => knob.on.is_none() && is_of_its_node,
+        KnobFile::Dram => knob.on.is_none() && (is_cited || !is_of_a_device),
+    }
+}
+
+/// The assumptions that the prices of the DRAM device cite.
+fn cited(system: &System) -> BTreeSet<String> {
+    fn add(value: &toml::Value, found: &mut BTreeSet<String>) {
+        match value {
+            toml::Value::String(text) => {
+                found.insert(text.clone());
+            }
+            toml::Value::Table(table) => table.values().for_each(|value| add(value, found)),
+            _ => {}
+        }
+    }
+    let mut found = BTreeSet::new();
+    let table = system.table(FileKind::Dram).unwrap_or_default();
+    table.get("energy").iter().for_each(|prices| add(prices, &mut found));
+    found
+}
+
+/// The system with a knob turned; `None` where it does not have the keys, or is none then.
+fn turned(system: &System, knob: &Knob, turn: &Turn) -> Option<System> {
+    let mut table: Table = system.table(knob.file.into())?;
+    let mut to = |value: &toml::Value| match turn {
+        Turn::Set(text) => Some(knob::written(text)),
+        Turn::Times(factor) => knob::scaled(value, *factor),
+    };
+    let changed: usize = knob.keys.iter().map(|key| knob::change(&mut table, key, &mut to)).sum();
+    let system = || system.with_table(knob.file.into(), &table, &EmbeddedFiles).ok();
+    (changed > 0).then(system).flatten()
+}
