@@ -87,7 +87,7 @@ fn run_toml() {
         # What this report was made from. The command that was typed: invocation.toml.
         schema-version = 3
         tool-version = "0.1.0"
-        model-version = 10
+        model-version = 11
         model = "cycle"
         display-fps = 60.0
         incomplete = false
