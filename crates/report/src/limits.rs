@@ -81,7 +81,8 @@ pub fn sum(left_out: &[Effect]) -> String {
         Ordering::Equal => "neither way prevails",
     };
     format!(
-        "{all} left out: {optimistic} optimistic, {pessimistic} pessimistic, {either} either way: {so}"
+        "{all} left out: {optimistic} optimistic, {pessimistic} pessimistic, {either} either way: \
+         {so}"
     )
 }
 
