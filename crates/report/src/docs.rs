@@ -102,7 +102,7 @@ is `throughput_fps` |
 | `roofline` | peaks, and FLOP per byte and FLOP/s of the stages |
 | `not_modelled` | effects that are left out, with the sign of the bias ([limits.md](limits.md)) |
 | `assumptions_that_mattered` | those that mattered most in this run, with the reason |
-| `prices` | least and greatest power by each price assumption in use, its knob at its low and high |
+| `prices` | least and greatest power by each price assumption in use, knobs at low and high |
 
 ";
 

@@ -81,7 +81,8 @@ pub fn sum(left_out: &[Effect]) -> String {
         Ordering::Equal => "neither way prevails",
     };
     format!(
-        "{all} left out: {optimistic} optimistic, {pessimistic} pessimistic, {either} either way: {so}"
+        "{all} left out: {optimistic} optimistic, {pessimistic} pessimistic, {either} either way: \
+         {so}"
     )
 }
 
@@ -151,7 +152,7 @@ resources that move the frame time by 3 % or more when they are doubled (`--what
 prices move the power by 3 % or more, and those without such a knob behind every part of 15 % or \
 more of the energy. For the prices, `replay` prices the counts of the run again with the knob of \
 each price assumption that is in use at its low and its high (`arch-configs/assumptions.toml`; the \
-prices of a DRAM device are those of the assumptions that its file cites), one at a time, and names \
+prices of a DRAM device are those of assumptions that its file cites), one at a time, and names \
 the three that move the power most (`prices` in `--json` has all that move it by 0.5 %). They say \
 nothing of one another: two that are wrong the same way add up.
 

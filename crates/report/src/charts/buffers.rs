@@ -1,5 +1,5 @@
-//! What the buffers held: mean and peak against capacity, and what was discarded unread. A batch that
-//! is larger than its buffer enters alone: a peak may lie beyond the capacity.
+//! What the buffers held: mean and peak against capacity, and what was discarded unread. A
+//! batch that is larger than its buffer enters alone: a peak may lie beyond the capacity.
 
 use super::{frames, subtitle};
 use crate::format::{engineering, percent};

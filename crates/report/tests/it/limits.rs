@@ -44,7 +44,8 @@ fn bars(watts: &[(&str, f64, f64)]) -> PriceBars {
 
 #[test]
 fn prices_name_the_three_that_move_the_power_most() {
-    let all = bars(&[("A8", 0.9, 1.0), ("A40", 0.61, 1.7), ("A9", 0.93, 0.96), ("A43", 0.8, 0.99)]);
+    let [a8, a40] = [("A8", 0.9, 1.0), ("A40", 0.61, 1.7)];
+    let all = bars(&[a8, a40, ("A9", 0.93, 0.96), ("A43", 0.8, 0.99)]);
     assert_eq!(
         prices(&all).expect("bars"),
         "940 mW, one assumption at a time: 610 mW to 1700 mW by A40 (LPDDR4 currents are those of a \

@@ -24,8 +24,8 @@ pub struct Side {
     pub model: String,
     /// `dram.model` of the machine; empty in the `paper` model.
     pub dram_model: String,
-    /// What the DRAM prices rest on, each once: assumptions and references that the device cites, or
-    /// that of the price of a byte; empty where the record does not say.
+    /// What the DRAM prices rest on, each once: assumptions and references that the device cites,
+    /// or that of the price of a byte; empty where the record does not say.
     pub dram_prices: Vec<String>,
     /// Name of the trace.
     pub trace: String,

@@ -237,7 +237,8 @@ fn tables(space: &Space, found: &mut Found<'_>) {
         if let Some(i) = (0..j).find(is_twin) {
             let (other, why) = (&space.energy[i].label, why(&dead));
             let message = format!(
-                "the table `{label}` prices every design as `{other}` does{why}; drop one of the two"
+                "the table `{label}` prices every design as `{other}` does{why}; drop one of \
+                 the two"
             );
             found.wrong(&format!("energy.{j}"), message);
         } else if !dead.is_empty() {
