@@ -189,7 +189,7 @@ impl SweepResult {
     /// minimize, maximize : list of str, optional
     ///     Columns of the table, or expressions of them; those of the sweep without any.
     /// where : str, optional
-    ///     Condition: ``"frame_time_ms.p99 <= 16.67 && area_mm2 <= 4"``.
+    ///     Condition: ``"frame_time_ms.p99 <= 16.67 && area_mm2.core <= 4"``.
     /// scope : str
     ///     ``"mean"``, ``"worst"``, or the label of a trace.
     /// energy_table : str, optional

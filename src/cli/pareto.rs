@@ -28,7 +28,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim pareto reports/units
   powergs-sim pareto reports/units --minimize power_w.mean,area_mm2 \\
-      --maximize fps.mean --where 'frame_time_ms.p99 <= 16.67 && area_mm2 <= 4'
+      --maximize fps.mean --where 'frame_time_ms.p99 <= 16.67 && area_mm2 <= 13'
   powergs-sim pareto reports/units --scope worst --energy-table paper --json
   powergs-sim pareto reports/units --design 12 --colour vru.cores
 

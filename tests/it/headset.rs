@@ -131,7 +131,8 @@ fn said_in_words(folder: &Path, fps: &str) {
     program(folder, &cut).assert().code(2).stderr(contains("write 0..4"));
     // Sweeps and comparisons count the same way.
     let compare = ["compare", "gscore", "edge", "pairs.bin", "--fps", fps, "--out", "compared"];
-    program(folder, &compare).args(["--set", SLOW]).assert().code(0).stdout(contains("in 2 of 2 pairs"));
+    let compared = program(folder, &compare).args(["--set", SLOW]).assert().code(0);
+    compared.stdout(contains("in 2 of 2 pairs"));
     fs::write(
         folder.join("cores.toml"),
         "question = \"How many cores?\"\nbase = \"gscore\"\ndisplay-fps = 1\n\

@@ -65,7 +65,7 @@ fn names(drawn: &[(&'static str, String)]) -> Vec<&'static str> {
 fn three_objectives_and_three_axes_have_all_charts() {
     let drawn = draw("three", &Sweep::default().table(), &question());
     let first = ["front", "front_2", "front_3", "speedup", "energy_front"];
-    let expected = [&first[..], &["keys", "marginal", "stability"]].concat();
+    let expected = [&first[..], &["keys", "stability"]].concat();
     assert_eq!(names(&drawn), expected);
     let front = &drawn[0].1;
     for text in ["knee #", "baseline", "area, mm²", "frame rate, FPS"] {

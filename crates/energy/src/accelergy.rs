@@ -317,7 +317,8 @@ pub fn doubt(table: &EnergyTable) -> Option<String> {
     is_odd.then(|| {
         format!(
             "energy table `{}`: a byte of `dram` costs {} pJ, where LPDDR4 takes 40 to 75; if that \
-             is the price of a 64-bit word, say so: `arguments: {{bytes: 8}}` at `read` and `write`",
+             is the price of a 64-bit word, say so: `arguments: {{bytes: 8}}` at `read` and \
+             `write`",
             table.name, dearest.energy.0
         )
     })

@@ -11,9 +11,9 @@ use xxhash_rust::xxh3::Xxh3;
 
 use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
+use powergs_core::run::frames::eyes;
 use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
-use powergs_core::run::frames::eyes;
 use powergs_core::sim::{FrameReport, Label, SimError};
 use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};

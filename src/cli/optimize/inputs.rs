@@ -187,11 +187,10 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
                 (Some(_), _) => None,
                 (None, None) => Some(views.cameras.clone()),
                 // A file that says no size is read with one only.
-                (None, Some(_)) => {
-                    sized
-                        .cameras(args.model.as_deref(), || SceneBounds::of(dense))
-                        .ok().map(|views| views.cameras)
-                }
+                (None, Some(_)) => sized
+                    .cameras(args.model.as_deref(), || SceneBounds::of(dense))
+                    .ok()
+                    .map(|views| views.cameras),
             };
             Seen { cameras: views.cameras, photos: Vec::new(), whole }
         }

@@ -160,7 +160,7 @@ fn every_argument_that_takes_a_name_completes_it() {
 }
 
 /// Names that the user gives, that stand in the help of the flag, or of which a part is enough.
-const EXCEPT: [&str; 4] = ["others", "screen", "fov", "only"];
+const EXCEPT: [&str; 5] = ["others", "screen", "fov", "only", "headset"];
 
 fn walk(command: &clap::Command, visit: &mut impl FnMut(&str, &clap::Arg)) {
     let takes = |arg: &&clap::Arg| matches!(arg.get_action(), ArgAction::Set | ArgAction::Append);

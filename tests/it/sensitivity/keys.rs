@@ -75,16 +75,19 @@ fn elasticities_are_differences_of_logarithms() {
 #[test]
 fn elasticities_of_prices_add_up() {
     let keys = "actions.*,sram.cacti.energy-factor,sram.cacti.leakage-factor,leakage.*,\
-                dram.flat.*,area.*";
+                dram.flat.*,area.*,phy.*";
     let found = json("gscore", &["--set", FLAT, "--keys", keys]);
     let sum = |measure: &str, start: &dyn Fn(&str) -> bool| -> f64 {
         let all = rows(&found, "keys").iter().filter(|r| start(text(r, "key")));
         all.filter_map(|r| r["elasticity"][measure].as_f64()).sum()
     };
     // `dram.flat.channels` is no price: standby is divided by it.
-    let is_price = |key: &str| !key.starts_with("area.") && key != "dram.flat.channels";
+    let is_area = |key: &str| {
+        key.starts_with("area.") || key.contains("phy.area") || key.contains("phy.controller")
+    };
+    let is_price = |key: &str| !is_area(key) && key != "dram.flat.channels";
     let (energy, power) = (sum("energy", &is_price), sum("power", &is_price));
-    let area = sum("area", &|key| key.starts_with("area.") && key != "area.rest.share");
+    let area = sum("area", &|key| is_area(key) && key != "area.rest.share");
     for (measure, sum) in [("energy", energy), ("power", power), ("area", area)] {
         assert!((sum - 1.0).abs() < 0.01, "{measure}: {sum}");
     }

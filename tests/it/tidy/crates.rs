@@ -77,7 +77,7 @@ const MODULES: [(&str, &[Row]); 4] = [
             ("scene", &[]),
             ("splat", &["scene"]),
             // Where a viewer looks: knows no picture and no model.
-            ("fovea", &["splat"]),
+            ("fovea", &["scene", "splat"]),
             ("trace", &["scene", "splat", "fovea"]),
             ("display", &["fovea"]),
         ],

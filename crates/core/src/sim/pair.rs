@@ -1,7 +1,7 @@
 //! A pair of views is one frame: what its right eye adds to the report of the left one.
 //!
-//! A display shows both eyes in one period, and the machine renders them one after the other. Times,
-//! counts, bytes and joules add up; what a buffer held at most is the larger of the two.
+//! A display shows both eyes in one period, and the machine renders them one after the other.
+//! Times, counts, bytes and joules add up; what a buffer held at most is the larger of the two.
 
 use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,

@@ -150,8 +150,8 @@ pub fn are_pairs<'a>(views: impl IntoIterator<Item = &'a Camera>) -> bool {
     any && in_order && open.end().is_ok()
 }
 
-/// The order that views of pairs keep: all of a list or none have an eye, every left one is followed
-/// by a right one of the same size.
+/// The order that views of pairs keep: all of a list or none have an eye, and every left one is
+/// followed by a right one of the same size.
 #[derive(Debug, Clone, Default)]
 pub struct PairOrder {
     begun: bool,

@@ -199,7 +199,8 @@ fn stands(all: &Confirmation, design: &Confirmed) -> &'static str {
     }
 }
 
-/// `confirmed.csv`: a row per design and column of the results, and of its frame time on each trace.
+/// `confirmed.csv`: a row per design and column of the results, and of its frame time on each
+/// trace.
 /// `difference_frac` is what `calibrated` is above `banked`.
 pub fn confirmed_csv(all: &Confirmation) -> Vec<u8> {
     let mut table =

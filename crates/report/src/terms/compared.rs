@@ -34,7 +34,8 @@ pub(super) const COMPARED: &[Term] = &[
     term(
         &["node", "node_nm"],
         "nm",
-        "Technology node of the energy table. Areas, energies and powers of different nodes are not put into ratios.",
+        "Technology node of the energy table. Areas, energies and powers of different nodes are \
+         not put into ratios.",
     ),
     term(
         &["DRAM", "DRAM MB per frame", "dram_mb_per_frame"],

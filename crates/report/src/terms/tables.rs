@@ -18,7 +18,8 @@ pub(super) const TABLES: &[Term] = &[
     term(
         &["area: mm²"],
         "mm²",
-        "Area of the die with the resource doubled: PHY and controllers of channels that are added are in it.",
+        "Area of the die with the resource doubled: PHY and controllers of channels that are added \
+         are in it.",
     ),
     term(
         &["merit: FPS/mm²", "FPS/mm²"],

@@ -48,8 +48,8 @@ fn prices_name_the_three_that_move_the_power_most() {
     let all = bars(&[a8, a40, ("A9", 0.93, 0.96), ("A43", 0.8, 0.99)]);
     assert_eq!(
         prices(&all).expect("bars"),
-        "940 mW, one assumption at a time: 610 mW to 1700 mW by A40 (LPDDR4 currents are those of a \
-         32-bit die); 800 mW to 990 mW by A43 (LPDDR5 costs LPDDR4 at lower voltages); 900 mW to \
+        "940 mW, one assumption at a time: 610 mW to 1700 mW by A40 (LPDDR4 currents are those of \
+         a 32-bit die); 800 mW to 990 mW by A43 (LPDDR5 costs LPDDR4 at lower voltages); 900 mW to \
          1000 mW by A8 (Published power is that of one operation per cycle)"
     );
     assert_eq!(prices(&bars(&[])), None);

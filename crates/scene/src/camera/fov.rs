@@ -95,9 +95,9 @@ const fn eye(outer: f64, inner: f64, up: f64, down: f64) -> FieldOfView {
 }
 
 /// The headsets that are known. Angles are those that the runtime of a headset asks to be rendered,
-/// as read out by hmdq and collected in the HMD Geometry Database (risa2000.github.io/hmdgdb), where
-/// nothing else is said. Renderers draw more pixels than a panel has, because lenses distort; the
-/// sizes here are those of panels.
+/// as read out by hmdq and collected in the HMD Geometry Database (risa2000.github.io/hmdgdb),
+/// where nothing else is said. Renderers draw more pixels than a panel has, because lenses distort;
+/// the sizes here are those of panels.
 pub const HEADSETS: [Headset; 5] = [
     Headset {
         name: "quest-3",

@@ -1,10 +1,10 @@
 //! Designs of a sweep on `calibrated` DRAM that were simulated again with `banked`: what became of
 //! them, and how far the two models are apart.
 //!
-//! The front is confirmed from its knee outward, and designs that miss the display rate by less than
-//! the models differ. Their results with `banked` take the place of the others in the table, so that
-//! every conclusion about them is drawn from these; the front may then have other designs, which are
-//! confirmed in turn.
+//! The front is confirmed from its knee outward, and designs that miss the display rate by less
+//! than the models differ. Their results with `banked` take the place of the others in the table,
+//! so that every conclusion about them is drawn from these; the front may then have other designs,
+//! which are confirmed in turn.
 
 use powergs_core::accel::machine::DramModel;
 use serde::{Deserialize, Serialize};

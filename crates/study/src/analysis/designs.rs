@@ -125,7 +125,8 @@ pub fn names(table: &Table) -> impl Iterator<Item = &str> {
     table.metric_names.iter().map(String::as_str).chain(axes)
 }
 
-/// A condition over a table: what its names stand for in each row, and which rows it has to hold in.
+/// A condition over a table: what its names stand for in each row, and in which rows it has to
+/// hold.
 pub(crate) struct Held<'t, 'e> {
     condition: &'e Expr,
     columns: Vec<(&'e str, Source<'t>)>,

@@ -19,7 +19,8 @@ pub struct Running {
 }
 
 impl Running {
-    /// Before the first frame, of which each has `eyes` views. All designs have the machine of the first.
+    /// Before the first frame, of which each has `eyes` views. All designs have the machine of the
+    /// first.
     pub fn new(designs: Vec<Design>, eyes: usize) -> Running {
         let sums = designs.iter().map(|d| vec![Accumulator::default(); d.prices.len()]).collect();
         Running { designs, lists: Lists::default(), eyes, sums, failed: None }

@@ -11,8 +11,8 @@ fn question() -> Question {
     Question::of(vec![Objective::minimize("area_mm2"), Objective::maximize("fps.mean")])
 }
 
-/// Area and frame rate of four designs with `calibrated`: its front has all of them, and its knee is
-/// #2.
+/// Area and frame rate of four designs with `calibrated`: its front has all of them, and its knee
+/// is #2.
 const CALIBRATED: [f64; 4] = [61.0, 80.0, 95.0, 100.0];
 const AREAS: [f64; 4] = [1.0, 2.0, 3.0, 6.0];
 

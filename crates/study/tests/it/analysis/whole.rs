@@ -259,7 +259,8 @@ pub fn small_of(model: &str, rows: &[(&str, f64, f64)]) -> Table {
     for (point, (key, area, fps)) in rows.iter().enumerate() {
         let (ms, late) = (1e3 / fps, u8::from(*fps < 60.0));
         text += &format!(
-            "{point},false,{point:x},ok,,t,,{model},mean,{key},4,{ms},{ms},{fps},{fps},{late},{area}\n"
+            "{point},false,{point:x},ok,,t,,{model},mean,{key},4,{ms},{ms},{fps},{fps},{late},\
+             {area}\n"
         );
     }
     Table::read(text.as_bytes(), |_| true).expect("a table")
