@@ -31,7 +31,7 @@ fn trained(folder: &str, model: &str, view: usize, size: (u32, u32)) -> Option<C
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
     let bytes = std::fs::read(folder.join(model)).ok()?;
     let scene = read(&OneFile(&bytes), model, None).ok()?.gaussians;
-    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None, None).ok()?;
     let camera = edit::resized(&file.cameras[view], size.0, size.1);
     Some(Case { scene, camera })
 }

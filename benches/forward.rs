@@ -81,7 +81,7 @@ fn trained() -> Option<Case> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/playcanvas-playbot");
     let bytes = std::fs::read(folder.join("playbot_lod1_sh2.ply")).ok()?;
     let scene = read(&OneFile(&bytes), "playbot_lod1_sh2.ply", None).ok()?.gaussians;
-    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None, None).ok()?;
     let camera = edit::resized(&file.cameras[3], 1920, 1080);
     Some(Case { scene, camera })
 }

@@ -48,7 +48,7 @@ fn trained(folder: &str, model: &str) -> Option<Case> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
     let bytes = std::fs::read(folder.join(model)).ok()?;
     let scene = read(&OneFile(&bytes), "model.ply", None).ok()?.gaussians;
-    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None, None).ok()?;
     Some(Case { scene, camera: edit::resized(&file.cameras[3], 1920, 1080) })
 }
 

@@ -49,7 +49,7 @@ enum CameraCommand {
         #[command(flatten)]
         overwrite: Overwrite,
         #[command(flatten)]
-        cameras: CameraArgs,
+        cameras: Box<CameraArgs>,
     },
 }
 

@@ -306,10 +306,11 @@ impl<'a> Session<'a> {
         step: impl Fn(&mut S, FrameView<'_>) + Sync,
     ) -> Result<Folded<S>, RunError> {
         let mut plan = Plan::new(subjects);
+        let eyes = self.frames.eyes();
         let mut states: Vec<State<S>> = (0..subjects.len())
-            .map(|i| State { of_subject: start(i), periods: Periods::default() })
+            .map(|i| State { of_subject: start(i), periods: Periods::default(), eyes })
             .collect();
-        let (range, eyes) = (self.frames.range(), self.frames.eyes());
+        let range = self.frames.range();
         self.watch.begins(range.len() as u64, self.steps(subjects));
         let threads = rayon::current_num_threads().max(1);
         let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
@@ -324,7 +325,7 @@ impl<'a> Session<'a> {
             let reports = self.simulate(subjects, &plan, &window, &measured)?;
             for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
                 let Some(reports) = reports else { break };
-                plan.step(subjects, frame, &measured, k, reports, &mut states, eyes, &step);
+                plan.step(subjects, frame, &measured, k, reports, &mut states, &step);
                 done += 1;
                 self.watch.frame_done();
             }
@@ -531,6 +532,8 @@ fn lists_fit(
 struct State<S> {
     of_subject: S,
     periods: Periods,
+    /// Views that make a frame.
+    eyes: usize,
 }
 
 /// Who is binned, measured and timed together.
@@ -587,7 +590,6 @@ impl<'a> Plan<'a> {
         k: usize,
         reports: Reports,
         states: &mut [State<S>],
-        eyes: usize,
         step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
     ) {
         let nothing = Measured::default();
@@ -598,7 +600,7 @@ impl<'a> Plan<'a> {
         }
         let jobs = states.par_iter_mut().zip(reports).zip(subjects).zip(of_subject);
         jobs.for_each(|(((state, report), subject), measured)| {
-            let report = report.and_then(|report| state.periods.add(report, eyes));
+            let report = report.and_then(|report| state.periods.add(report, state.eyes));
             let Some(report) = report else { return };
             let workload = &frame.bins[&subject.geometry()].workload;
             let preview = frame.preview.as_ref();

@@ -102,7 +102,8 @@ impl TraceFile {
             return Err(RunError::Request(message));
         }
         let end = end.map_or(len, |end| end.min(len));
-        if self.is_paired && (start % 2 != 0 || end % 2 != 0) {
+        let cuts = !(start.is_multiple_of(2) && end.is_multiple_of(2));
+        if self.is_paired && cuts {
             let (even, whole) = (start - start % 2, end + end % 2);
             let message = format!(
                 "--frames {start}..{end}: {} has pairs of views, 0 and 1, 2 and 3 and so on, and \

@@ -33,7 +33,7 @@ fn views(count: usize, are_pairs: bool) -> MemoryFrames {
 }
 
 fn reports(frames: &mut dyn Frames, system: &System) -> Vec<FrameReport> {
-    Session::new(frames, &()).reports(&[system.clone()]).expect("reports").remove(0)
+    Session::new(frames, &()).reports(std::slice::from_ref(system)).expect("reports").remove(0)
 }
 
 fn system(name: &str) -> System {
