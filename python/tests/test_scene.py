@@ -259,7 +259,7 @@ def test_a_closed_scene_says_so(tmp_path) -> None:
 
 def test_files_that_cannot_be_written_leave_nothing(made, tmp_path) -> None:
     scene, cameras = made
-    place = tmp_path / "nowhere" / "a"
+    place = tmp_path / "nowhere" / "a.ply"
     writes = [lambda: scene.save(place), lambda: cameras.save(place)]
     for write in [*writes, lambda: scene.extract(cameras, path=place)]:
         with pytest.raises(OSError):

@@ -55,7 +55,7 @@ def same_cells(ours: list[object], its: list[str]) -> bool:
 def test_rows_are_those_of_results_csv(by, demo, run, tmp_path) -> None:
     file = tmp_path / "units.toml"
     file.write_text(FILE)
-    run("sweep", file, "--traces", demo, "--out", tmp_path / "its", "--quiet", "--confirm", 0)
+    run("sweep", file, "--traces", demo, "--out", tmp_path / "its", "--quiet")
     if by == "file":
         result = powergs.sweep(file, demo)
     else:
@@ -99,8 +99,8 @@ def test_pareto_is_the_front(swept) -> None:
 def test_a_condition_that_nothing_meets_is_a_goal_missed(swept) -> None:
     with pytest.raises(powergs.GoalMissed):
         swept.pareto(where="area_mm2 < 0.001")
-    small = swept.pareto(where="area_mm2 < 4")
-    assert max(small.table["area_mm2"]) < 4
+    small = swept.pareto(where="area_mm2.core < 4")
+    assert max(small.table["area_mm2.core"]) < 4
     for wrong in [{"where": "area_mm2 <"}, {"minimize": ["area"]}, {"scope": "nosuch"}]:
         with pytest.raises(powergs.ConfigError):
             swept.pareto(**wrong)
