@@ -12,7 +12,7 @@ use crate::sweep::space::FreeAxis;
 pub enum Scope {
     /// The weighted mean over the traces.
     Mean,
-    /// The slowest trace.
+    /// Of each column the worst trace.
     Worst,
     /// The trace of this label.
     Trace(String),
@@ -22,7 +22,7 @@ impl fmt::Display for Scope {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Scope::Mean => f.write_str("mean over the traces"),
-            Scope::Worst => f.write_str("slowest trace"),
+            Scope::Worst => f.write_str("worst trace of each column"),
             Scope::Trace(label) => write!(f, "trace {label}"),
         }
     }

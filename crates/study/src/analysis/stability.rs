@@ -262,7 +262,7 @@ fn alternatives_of(
             }
         };
         scope(Scope::Mean, "mean of traces");
-        scope(Scope::Worst, "slowest trace");
+        scope(Scope::Worst, "worst trace of each column");
         for label in traces {
             scope(Scope::Trace(label.clone()), label);
         }

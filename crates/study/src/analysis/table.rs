@@ -75,7 +75,7 @@ pub enum Over {
     Trace,
     /// The weighted mean over the traces.
     Mean,
-    /// The slowest trace.
+    /// Of each column the worst trace.
     Worst,
 }
 

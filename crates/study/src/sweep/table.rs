@@ -1,7 +1,7 @@
 //! The table of results: which columns it has, and its rows.
 //!
 //! One row per design, energy table and trace, and two aggregates over the traces of each design
-//! and energy table: their weighted mean, and the slowest trace.
+//! and energy table: their weighted mean, and the worst of each column.
 
 use super::metric::{Metric, Weighted, metrics, values};
 use super::outcome::{Outcome, place};

@@ -22,8 +22,9 @@ pub fn document(all: &Keys, charts: &[Chart], folder: Option<&str>) -> Document 
         page.paragraph(Text::marked(
             "By what a far step does to the power, then to anything: changes at half and at double \
              (or as near to them as a machine allows), in percent. Elasticity: `d ln y / d ln x` \
-             over the near values; `~` marks a kink, where one side is at least twice as steep as the other, `|` one that is \
-             known on one side only: neither says what other steps do. Of means over the traces.",
+             over the near values; `~` marks a kink, where one side is at least twice as steep as \
+             the other, `|` one that is known on one side only: neither says what other steps do. \
+             Of means over the traces.",
         ));
         page.on(Shown::Page, Block::Table(numbers(&rows)));
         page.on(Shown::Terminal, Block::Table(shortest(&rows)));

@@ -276,7 +276,7 @@ pub struct Results {
     /// The columns: what a row is of, the axes, the metrics.
     pub columns: Vec<Column>,
     /// The rows in the order of the space, the base machine first: one per trace, the mean over the
-    /// traces and the slowest trace, for every energy table.
+    /// traces and the worst of each column, for every energy table.
     pub rows: Vec<Vec<Cell>>,
     /// What became of the designs.
     pub tally: Tally,

@@ -67,7 +67,7 @@ fn alternatives_are_tables_then_scopes_then_traces() {
     let analysis = Analysis::of(&table, &question()).expect("an answer");
     let labels: Vec<&str> =
         analysis.stability.alternatives.iter().map(|a| a.label.as_str()).collect();
-    assert_eq!(labels, ["hbm2", "slowest trace", "garden", "room"]);
+    assert_eq!(labels, ["hbm2", "worst trace of each column", "garden", "room"]);
     let hbm = &analysis.stability.alternatives[0];
     assert_eq!(hbm.designs, 50);
     assert_eq!(hbm.objectives[1], Some(1.0), "the area does not know the table");
@@ -127,5 +127,5 @@ fn the_mean_is_an_alternative_of_a_trace() {
     let analysis = Analysis::of(&table, &question).expect("an answer");
     let labels: Vec<&str> =
         analysis.stability.alternatives.iter().map(|a| a.label.as_str()).collect();
-    assert_eq!(labels, ["hbm2", "mean of traces", "slowest trace", "garden"]);
+    assert_eq!(labels, ["hbm2", "mean of traces", "worst trace of each column", "garden"]);
 }
