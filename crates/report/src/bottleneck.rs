@@ -2,15 +2,21 @@
 
 use powergs_core::accel::Stall;
 use powergs_energy::action::UnitKind;
-use powergs_study::findings::bottleneck::{Bottleneck, Limit, Wait};
+use powergs_study::findings::bottleneck::{Bottleneck, Limit, Root, Wait};
 
 fn words(wait: &Wait) -> &'static str {
     match (wait.cause, wait.unit) {
+        (Stall::Input, UnitKind::Vru) if 2.0 * wait.colours > wait.share => "colours of chunks",
+        (cause, unit) => cause_words(cause, unit),
+    }
+}
+
+fn cause_words(cause: Stall, unit: UnitKind) -> &'static str {
+    match (cause, unit) {
         (Stall::Records, _) => "records of Gaussians",
         (Stall::List, _) => "tile lists",
         (Stall::Spill, _) => "spilled keys",
         (Stall::Features, _) => "feature loads",
-        (Stall::Input, UnitKind::Vru) if 2.0 * wait.colours > wait.share => "colours of chunks",
         (Stall::Input, UnitKind::Vru) => "sorted chunks from the GSU",
         (Stall::Input, UnitKind::Bsu) => "parts from the QSU",
         (Stall::Input, UnitKind::Qsu) => "tile lists from the CCU",
@@ -20,17 +26,50 @@ fn words(wait: &Wait) -> &'static str {
     }
 }
 
-/// Shares in whole percent that add up to 100, by the largest remainders; the first of equal ones.
-fn whole(shares: &[f64]) -> Vec<u32> {
+/// Shares in whole percent that add up to `total`, by the largest remainders; the first of equal
+/// ones.
+fn whole_of(shares: &[f64], total: u32) -> Vec<u32> {
     let mut percent: Vec<u32> = shares.iter().map(|s| (s * 100.0).max(0.0) as u32).collect();
     let rest = |i: usize| shares[i] * 100.0 - f64::from(percent[i]);
     let mut order: Vec<usize> = (0..shares.len()).collect();
     order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)));
-    let missing = 100_u32.saturating_sub(percent.iter().sum());
+    let missing = total.saturating_sub(percent.iter().sum());
     for &i in order.iter().take(missing as usize) {
         percent[i] += 1;
     }
     percent
+}
+
+/// Roots below this part of their wait are told together.
+const SMALL: f64 = 0.1;
+
+/// Waits of fewer percent of the frame are not traced: nobody would act on them.
+const WORTH_TRACING: u32 = 10;
+
+/// Where a wait of `percent` of the frame begins.
+fn traced(roots: &[Root], percent: u32) -> Option<String> {
+    if percent < WORTH_TRACING {
+        return None;
+    }
+    let all: f64 = roots.iter().map(|r| r.share).sum();
+    let mut parts: Vec<(String, f64)> = Vec::new();
+    for root in roots {
+        let words = match root.cause {
+            _ if root.share < SMALL * all => "others".to_owned(),
+            Some(cause) => cause_words(cause, root.unit).to_owned(),
+            None => format!("{} at work", root.unit.name().to_uppercase()),
+        };
+        match parts.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, share)) => *share += root.share,
+            None => parts.push((words, root.share)),
+        }
+    }
+    let rest = (f64::from(percent) / 100.0 - all).max(0.0);
+    let shares: Vec<f64> = parts.iter().map(|(_, share)| *share).chain([rest]).collect();
+    let rounded = parts.iter().zip(whole_of(&shares, percent)).filter(|(_, share)| *share > 0);
+    let told: Vec<String> =
+        rounded.map(|((words, _), share)| format!("{words} {share} %")).collect();
+    (!told.is_empty()).then(|| format!(" (in the end: {})", told.join(", ")))
 }
 
 /// One sentence: what bounds the frame, and what the leading units wait for. The shares add up to
@@ -38,17 +77,18 @@ fn whole(shares: &[f64]) -> Vec<u32> {
 pub fn sentence(found: &Bottleneck) -> String {
     let shares = found.bounds.iter().map(|b| b.share).chain(found.waits.iter().map(|w| w.share));
     let shares: Vec<f64> = shares.chain([found.without_work]).collect();
-    let percent = whole(&shares);
+    let percent = whole_of(&shares, 100);
     let (bounds, rest) = percent.split_at(found.bounds.len());
     let (waits, idle) = rest.split_at(found.waits.len());
     let cause = |(w, share): (&Wait, &u32)| {
         let row = |m: f64| format!(" (row-miss {} %)", crate::format::percent(m));
-        format!("{} {share} %{}", words(w), w.row_miss.map_or(String::new(), row))
+        let why = w.row_miss.map(row).or_else(|| traced(&w.roots, *share));
+        format!("{} {share} %{}", words(w), why.unwrap_or_default())
     };
     let waits = || found.waits.iter().zip(waits).filter(|(_, share)| **share > 0);
     let is_limit = |w: &Wait| found.limit == Limit::Colour && w.colours > 0.0;
     let of = |dram: bool| -> Vec<String> {
-        waits().filter(|(w, _)| w.cause.is_dram() == dram).map(cause).collect()
+        waits().filter(|(w, _)| w.is_for_dram() == dram).map(cause).collect()
     };
     let bounds = found.bounds.iter().zip(bounds).filter(|(_, share)| **share > 0);
     let units = |what: &str| -> Vec<String> {
@@ -58,7 +98,9 @@ pub fn sentence(found: &Bottleneck) -> String {
     let mut parts = Vec::new();
     let waiting = |causes: Vec<String>| format!("waiting for {}", causes.join(", "));
     if found.limit == Limit::Dram {
-        let share: u32 = waits().filter(|(w, _)| w.cause.is_dram()).map(|(_, share)| share).sum();
+        let direct: u32 = waits().filter(|(w, _)| w.cause.is_dram()).map(|(_, share)| share).sum();
+        let traced: f64 = found.waits.iter().map(Wait::traced_to_dram).sum();
+        let share = direct + (traced * 100.0).round() as u32;
         let causes = of(true);
         let why =
             if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) };
@@ -80,8 +122,16 @@ pub fn sentence(found: &Bottleneck) -> String {
             parts.push(waiting(others));
         }
     } else {
-        let mut heads = units("-bound for");
-        if let Some(first) = heads.first_mut().filter(|_| found.limit != Limit::Colour) {
+        let first = found.bounds.first().map(|b| Limit::Unit(b.unit));
+        let leads = first == Some(found.limit) || found.limit == Limit::Colour;
+        let mut heads = units(if leads { "-bound for" } else { " at work" });
+        if let Limit::Unit(unit) = found.limit
+            && !leads
+        {
+            let share = crate::format::percent(found.holds_up(unit));
+            let unit = unit.name().to_uppercase();
+            parts.push(format!("{unit}-bound for {share} % of the frame, others wait for it"));
+        } else if let Some(first) = heads.first_mut().filter(|_| found.limit != Limit::Colour) {
             first.push_str(" of the frame");
         }
         if let Some((_, share)) = waits().find(|(w, _)| is_limit(w)) {

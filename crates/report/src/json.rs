@@ -4,6 +4,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::summary_of;
 use powergs_base::TOOL_VERSION;
+use powergs_core::accel::Stall;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
 use powergs_energy::action::Stage;
@@ -81,6 +82,11 @@ pub(super) fn bottleneck_json(found: Option<&Bottleneck>) -> Json {
             "cause": w.cause.name(),
             "frame_frac": w.share,
             "row_miss_frac": w.row_miss,
+            "roots": w.roots.iter().map(|root| json!({
+                "unit": root.unit.name(),
+                "cause": root.cause.map(Stall::name),
+                "frame_frac": root.share,
+            })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "without_work_frac": found.without_work,
     })

@@ -97,10 +97,16 @@ fn bottleneck() -> Map<String, Json> {
         ("unit", plain("string", "Name of the unit.")),
         ("frame_frac", plain("number", "Share of the frame in which it leads and works.")),
     ]);
+    let root = map([
+        ("unit", plain("string", "Name of the slow unit.")),
+        ("cause", nullable("string", "What it waits for; null where it works.")),
+        ("frame_frac", plain("number", "Share of the frame.")),
+    ]);
     let wait = map([
         ("cause", plain("string", "What for.")),
         ("frame_frac", plain("number", "Share of the frame.")),
         ("row_miss_frac", nullable("number", "Bursts of the stage that waits that opened a row.")),
+        ("roots", array(object(root, "A slow unit."), "Where a wait for another unit begins.")),
     ]);
     map([
         ("limit", plain("string", "A unit, or `dram`.")),

@@ -39,9 +39,27 @@ pub(super) fn question(args: &Args, facts: &SweepFacts) -> Result<Question, Fail
     })
 }
 
+/// The expressions of a list: commas within brackets or quotes belong to an expression.
+fn items(list: &str) -> Vec<&str> {
+    let (mut depth, mut quote) = (0_usize, None);
+    let mut is_separator = |c: char| {
+        match (quote, c) {
+            (Some(open), _) if c == open => quote = None,
+            (Some(_), _) => {}
+            (None, '\'' | '"' | '`') => quote = Some(c),
+            (None, '(') => depth += 1,
+            (None, ')') => depth = depth.saturating_sub(1),
+            (None, _) => return c == ',' && depth == 0,
+        }
+        false
+    };
+    list.split(&mut is_separator).map(str::trim).collect()
+}
+
 fn objectives(minimize: &[String], maximize: &[String]) -> Vec<Objective> {
-    let minimize = minimize.iter().map(Objective::minimize);
-    minimize.chain(maximize.iter().map(Objective::maximize)).collect()
+    let minimize = minimize.iter().flat_map(|list| items(list)).map(Objective::minimize);
+    let maximize = maximize.iter().flat_map(|list| items(list)).map(Objective::maximize);
+    minimize.chain(maximize).collect()
 }
 
 /// Digits of a hash that name a design at least; fewer are the number of a point.

@@ -54,7 +54,7 @@ pub enum Command {
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Definition {
     /// Sweep file, or one that comes with the program: gscore-units, sram-bandwidth,
-    /// tiles, node-energy
+    /// tiles, node-energy, node-choice
     #[arg(value_name = "SWEEP", required = true)]
     pub file: Option<String>,
     /// Traces: files or patterns; in place of those in the sweep file

@@ -67,7 +67,7 @@ fn sweeps_are_listed_shown_and_checked() {
     program(&["arch", "schema", "sweep"]).assert().code(0).stdout(contains("\"constraints\""));
     let resolved = program(&["arch", "show", "tiles", "--resolved"]).assert().code(2);
     resolved.stderr(contains("sweep show"));
-    for name in ["gscore-units", "node-energy", "sram-bandwidth", "tiles"] {
+    for name in ["gscore-units", "node-choice", "node-energy", "sram-bandwidth", "tiles"] {
         let good = program(&["arch", "check", name]).assert().code(0);
         good.stdout(contains(": ok (sweep of gscore, a space of "));
     }

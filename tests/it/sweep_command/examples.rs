@@ -31,7 +31,7 @@ fn tables_differ(name: &str, results: &Path) {
 #[test]
 fn every_example_answers_its_question() {
     let bench = Bench::new();
-    for name in ["gscore-units", "sram-bandwidth", "tiles", "node-energy"] {
+    for name in ["gscore-units", "sram-bandwidth", "tiles", "node-energy", "node-choice"] {
         let run = ["sweep", name, "--traces", "demo.bin", "--points", "10", "--out", name];
         bench.program(&run).assert().success().stdout(contains("?"));
         assert!(bench.path(name).join("analysis/report.html").exists(), "{name}");

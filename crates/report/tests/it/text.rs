@@ -166,7 +166,7 @@ fn bottleneck_follows_the_cycles() {
     assert_eq!(starved.limit, Limit::Dram, "leading units wait longer than they work");
     assert_eq!(
         sentence(&starved),
-        "DRAM-bound for 47 % of the frame (feature loads 30 % (row-miss 41 %), records of \
+        "DRAM-bound for 48 % of the frame (feature loads 30 % (row-miss 41 %), records of \
          Gaussians 12 % (row-miss 8 %), tile lists 5 % (row-miss 25 %)); VRU at work 30 %, CCU at \
          work 10 %; waiting for sorted chunks from the GSU 5 %, room in the output buffer 1 %; \
          idle 7 %."
@@ -182,6 +182,47 @@ fn bottleneck_follows_the_cycles() {
     assert_eq!(overlapped.bounds.len(), 1, "where phases overlap one unit leads the whole frame");
     assert_eq!(limit(limited(|t| t.frame = 0)), None);
     assert_eq!(bottleneck::of(&RunSummary::of(&builder::paper()).expect("frames")), None);
+}
+
+#[test]
+fn a_wait_is_traced_to_where_it_begins() {
+    // Phases overlap: VRUs starve, since lists come late, since records do.
+    let [input, output] = [4, 5];
+    let waits = |cause: usize, share: f64| {
+        let mut stalls = [0.0; 7];
+        stalls[cause] = share;
+        stalls
+    };
+    let starved = |ccu_busy: f64, records: f64| {
+        limited(|t| {
+            t.preprocessing_end = t.frame;
+            refill(t, 0, ccu_busy, waits(0, records));
+            refill(t, 1, 0.1, waits(input, 0.5));
+            refill(t, 2, 0.1, [0.0, 0.0, 0.0, 0.0, 0.6, 0.2, 0.0]);
+            refill(t, 3, 0.3, waits(input, 0.66));
+        })
+        .expect("time")
+    };
+    let found = starved(0.1, 0.8);
+    assert_eq!(found.limit, Limit::Dram, "{found:?}");
+    let text = sentence(&found);
+    let dram = "DRAM-bound for 42 % of the frame (sorted chunks from the GSU 66 % (in the end: \
+                records of Gaussians 42 %, QSU at work 10 %, BSU at work 9 %, others 5 %)); \
+                VRU at work 30 %; idle 4 %.";
+    assert_eq!(text, dram);
+    // The same waits, and a CCU that has its records: more of them would help.
+    let found = starved(0.28, 0.02);
+    assert_eq!(found.limit, Limit::Unit(UnitKind::Ccu), "{found:?}");
+    let text = sentence(&found);
+    assert!(text.starts_with("CCU-bound for 44 % of the frame, others wait for it"), "{text}");
+    // A BSU that is stalled by the VRU is none that a VRU waits for.
+    let found = limited(|t| {
+        t.preprocessing_end = t.frame;
+        refill(t, 2, 0.0, waits(output, 0.9));
+        refill(t, 3, 0.3, waits(input, 0.3));
+    });
+    let found = found.expect("time");
+    assert!(found.waits.iter().all(|w| w.roots.is_empty()), "{found:?}");
 }
 
 #[test]

@@ -4,6 +4,11 @@
 //! phase the busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all over the
 //! whole frame. What the leading unit does in its phase (works, waits for a cause, has no work)
 //! adds up to the phase, so the shares add up to the frame.
+//!
+//! A unit that waits for another unit waits in the end for what holds that one up. Such a wait is
+//! traced along VRU, BSU, QSU and CCU: while a unit has nothing to work on, the one before it works
+//! or waits, for anything but room behind it. Shares of time stand for simultaneity: which cycles
+//! coincide is not recorded.
 
 use super::RunSummary;
 use super::summary::{ColourSummary, CycleSummary, UnitSummary};
@@ -42,7 +47,7 @@ pub struct Bound {
 }
 
 /// A leading unit that waits.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Wait {
     /// What for.
     pub cause: Stall,
@@ -54,6 +59,38 @@ pub struct Wait {
     pub colours: f64,
     /// Share of the bursts of the stage that waits that had to open a row, where that is known.
     pub row_miss: Option<f64>,
+    /// Where a wait for another unit begins, largest share first; they add up to what is not for
+    /// colours. Empty for other causes, and where the units before have nothing to do either.
+    pub roots: Vec<Root>,
+}
+
+impl Wait {
+    /// The part of it that is for DRAM, but not of the unit itself: another one waits for it.
+    pub fn traced_to_dram(&self) -> f64 {
+        self.roots.iter().filter(|r| r.is_dram()).map(|r| r.share).sum()
+    }
+
+    /// Whether it is, for the most part and in the end, for DRAM.
+    pub fn is_for_dram(&self) -> bool {
+        self.cause.is_dram() || 2.0 * self.traced_to_dram() > self.share
+    }
+}
+
+/// Where a wait for another unit begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// The unit that is slow.
+    pub unit: UnitKind,
+    /// What it waits for; `None` where it works.
+    pub cause: Option<Stall>,
+    /// Share of the frame, 0 to 1.
+    pub share: f64,
+}
+
+impl Root {
+    fn is_dram(&self) -> bool {
+        self.cause.is_some_and(Stall::is_dram)
+    }
 }
 
 /// What limits a run, and why.
@@ -67,13 +104,22 @@ pub struct Bottleneck {
     pub waits: Vec<Wait>,
     /// Share of the frame in which leading units have no work: fill, drain, uneven load.
     pub without_work: f64,
-    /// Share of the frame for which leading units wait for DRAM, 0 to 1.
+    /// Share of the frame for which leading units wait for DRAM in the end, 0 to 1.
     pub dram_wait: f64,
     /// Share of the frame in which the DRAM's data bus moves data, 0 to 1.
     pub bus_busy: f64,
 }
 
 impl Bottleneck {
+    /// Share of the frame in which `unit` works while it leads, or while the leading ones wait for
+    /// it.
+    pub fn holds_up(&self, unit: UnitKind) -> f64 {
+        let leads = self.bounds.iter().filter(|b| b.unit == unit).map(|b| b.share);
+        let roots = self.waits.iter().flat_map(|w| &w.roots);
+        let awaited = roots.filter(|r| r.unit == unit && r.cause.is_none()).map(|r| r.share);
+        leads.chain(awaited).sum()
+    }
+
     /// Whether the DRAM's data bus is full, so that nothing else can be the limit.
     pub fn is_bus_full(&self) -> bool {
         self.bus_busy > BUS_FULL
@@ -87,6 +133,7 @@ const BUS_FULL: f64 = 0.85;
 const NOTHING: f64 = 1e-9;
 
 /// What one kind of unit does, as shares of the frame.
+#[derive(Clone)]
 struct Leader {
     unit: UnitKind,
     busy: f64,
@@ -124,6 +171,7 @@ pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
     if !units.iter().all(Leader::is_known) {
         return None;
     }
+    let chain = units.clone();
     let [ccu, others @ ..] = units;
     let tiles = others.into_iter().max_by(|a, b| a.busy.total_cmp(&b.busy))?;
     // A unit that has no work outside of its phase idles at least as long as that.
@@ -135,10 +183,36 @@ pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
     } else {
         vec![if ccu.busy > tiles.busy { ccu } else { tiles }]
     };
-    Some(found(cycle, &leaders))
+    Some(found(cycle, &leaders, &chain))
 }
 
-fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
+/// Where `share` of the frame begins in which unit `at` of `chain` has nothing to work on.
+fn roots(chain: &[Leader], at: UnitKind, share: f64) -> Vec<Root> {
+    let before = chain.iter().take_while(|unit| unit.unit != at).last();
+    let Some(before) = before else { return Vec::new() };
+    let waits = Stall::ALL.into_iter().filter(|cause| *cause != Stall::Output);
+    let waits = waits.map(|cause| (Some(cause), before.stalls[cause as usize]));
+    let does: Vec<(Option<Stall>, f64)> = [(None, before.busy)].into_iter().chain(waits).collect();
+    let all: f64 = does.iter().map(|(_, share)| share).sum();
+    if all < NOTHING {
+        return Vec::new();
+    }
+    let mut found: Vec<Root> = Vec::new();
+    for (cause, part) in does {
+        let root = Root { unit: before.unit, cause, share: share * part / all };
+        let further = match cause {
+            Some(Stall::Input) => roots(chain, before.unit, root.share),
+            _ => Vec::new(),
+        };
+        let ends_here = further.is_empty() && root.share > NOTHING;
+        found.extend(ends_here.then_some(root));
+        found.extend(further);
+    }
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+fn found(cycle: &CycleSummary, leaders: &[Leader], chain: &[Leader]) -> Bottleneck {
     let mut bounds: Vec<Bound> =
         leaders.iter().map(|u| Bound { unit: u.unit, share: u.busy }).collect();
     bounds.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -147,29 +221,39 @@ fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
             let of = |leader: &Leader| leader.stalls[cause as usize];
             let longest = leaders.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
             let unit = longest.map_or(UnitKind::Ccu, |leader| leader.unit);
-            let share = leaders.iter().map(of).sum();
-            let colours = match cause {
+            let share: f64 = leaders.iter().map(of).sum();
+            let colours: f64 = match cause {
                 Stall::Input => leaders.iter().map(|leader| leader.colours).sum(),
                 _ => 0.0,
             };
-            Wait { cause, unit, share, colours, row_miss: misses(cycle, cause) }
+            let roots = match cause {
+                Stall::Input => roots(chain, unit, share - colours),
+                _ => Vec::new(),
+            };
+            Wait { cause, unit, share, colours, row_miss: misses(cycle, cause), roots }
         })
         .into_iter()
         .filter(|w| w.share > NOTHING)
         .collect();
     waits.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let dram_wait: f64 = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share).sum();
-    let bus_busy = cycle.dram.busy_frac;
+    let direct = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share);
+    let dram_wait = direct.chain(waits.iter().map(Wait::traced_to_dram)).sum();
     let colours: f64 = waits.iter().map(|w| w.colours).sum();
-    let limit = if bus_busy > BUS_FULL || dram_wait > bounds[0].share.max(colours) {
+    let without_work = leaders.iter().map(|u| u.idle).sum();
+    let bus_busy = cycle.dram.busy_frac;
+    let limit = Limit::Unit(bounds[0].unit);
+    let mut found = Bottleneck { limit, bounds, waits, without_work, dram_wait, bus_busy };
+    let works = chain.iter().map(|unit| (unit.unit, found.holds_up(unit.unit)));
+    let slowest = works.max_by(|a, b| a.1.total_cmp(&b.1));
+    let (slowest, works) = slowest.unwrap_or((found.bounds[0].unit, 0.0));
+    found.limit = if found.is_bus_full() || dram_wait > works.max(colours) {
         Limit::Dram
-    } else if colours > bounds[0].share {
+    } else if colours > works {
         Limit::Colour
     } else {
-        Limit::Unit(bounds[0].unit)
+        Limit::Unit(slowest)
     };
-    let without_work = leaders.iter().map(|u| u.idle).sum();
-    Bottleneck { limit, bounds, waits, without_work, dram_wait, bus_busy }
+    found
 }
 
 /// Share of the bursts of the stage that waits for `cause` that had to open a row.
