@@ -29,7 +29,7 @@ use powergs_study::sweep::space::Space;
 struct Checked {
     file: ConfigText,
     kind: Kind,
-    result: Result<Good, Vec<Problem>>,
+    result: Result<Good, ConfigError>,
 }
 
 /// A file that is right.
@@ -72,8 +72,7 @@ pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit,
                 out::document(&page)?;
             }
             Ok(_) => {}
-            Err(problems) => {
-                let error = ConfigError { problems: problems.clone() };
+            Err(error) => {
                 out::complain(format_args!("error: {origin}: {error}"));
             }
         }
@@ -87,26 +86,25 @@ fn check_one(file: ConfigText, sets: &[String]) -> Checked {
     let result = match kind {
         Kind::Machine => check_machine(&file, sets),
         Kind::Energy if is_yaml(&file.origin) => check_reference_table(&file),
-        Kind::Energy => EnergyTable::parse(&file.text)
-            .map(|t| format!("energy table {}", t.name).into())
-            .map_err(|e| e.problems),
-        Kind::Display => Display::parse(&file.text)
-            .map(|d| format!("display preset {}", d.name).into())
-            .map_err(|e| e.problems),
-        Kind::Dram => Device::parse_with(&file.text, sets)
-            .map(|d| format!("DRAM device {}", d.name).into())
-            .map_err(|e| e.problems),
-        Kind::Sweep => check_sweep(&file).map_err(|e| e.problems),
+        Kind::Energy => {
+            EnergyTable::parse(&file.text).map(|t| format!("energy table {}", t.name).into())
+        }
+        Kind::Display => {
+            Display::parse(&file.text).map(|d| format!("display preset {}", d.name).into())
+        }
+        Kind::Dram => {
+            Device::parse_with(&file.text, sets).map(|d| format!("DRAM device {}", d.name).into())
+        }
+        Kind::Sweep => check_sweep(&file),
         Kind::Synth => Preset::parse(&file.text)
-            .map(|p| format!("preset of synthetic scenes {}", p.name).into())
-            .map_err(|e| e.problems),
+            .map(|p| format!("preset of synthetic scenes {}", p.name).into()),
     };
     Checked { file, kind, result }
 }
 
 /// A machine is right when its energy table can be found and has a price for its buffers, too.
-fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem>> {
-    let mut machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
+fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, ConfigError> {
+    let mut machine = Machine::parse_with(&file.text, sets)?;
     let at_key = |key: &str, path: &str, message: String| {
         let set = sets.iter().find(|s| s.starts_with(&format!("{path}="))).cloned();
         let at = file.text.lines().scan(0, |at, line| {
@@ -120,7 +118,8 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem
             .next()
             .unwrap_or((0, 1));
         let in_file = Place::of(&file.text, start..start + width);
-        vec![Problem { place: set.map_or(in_file, Place::Set), key: path.into(), message }]
+        let place = set.map_or(in_file, Place::Set);
+        ConfigError::new(vec![Problem { place, key: path.into(), message }])
     };
     let energy = |message: String| at_key("energy", "energy", message);
     link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
@@ -156,9 +155,9 @@ fn link_device(machine: &mut Machine, file: &ConfigText) -> Result<(), String> {
 }
 
 /// A reference table of Accelergy: the clock matters for its leakage only.
-fn check_reference_table(file: &ConfigText) -> Result<Good, Vec<Problem>> {
+fn check_reference_table(file: &ConfigText) -> Result<Good, ConfigError> {
     let place = Place::of(&file.text, 0..0);
-    let problem = |message| vec![Problem { place, key: String::new(), message }];
+    let problem = |message| ConfigError::new(vec![Problem { place, key: String::new(), message }]);
     let table = energy_table(file, Hertz(1e9)).map_err(|e| {
         let message = e.to_string();
         let origin = format!("{}: ", file.origin);
@@ -196,7 +195,7 @@ fn checked_json(checked: &Checked) -> Value {
         };
         json!({ "key": p.key, "line": line, "column": column, "set": set, "message": p.message })
     };
-    let problems = checked.result.as_ref().err().map_or(&[][..], Vec::as_slice);
+    let problems = checked.result.as_ref().err().map_or(&[][..], |e| &e.problems);
     json!({
         "file": checked.file.origin,
         "kind": checked.kind.name(),

@@ -88,6 +88,9 @@ fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
         let what = format!("{}: {cause}, e.g. point {point}: {reason}", scaled(*points));
         facts.push(("Invalid", what));
     }
+    if let Some(reason) = &sweep.designs.base_is_first {
+        facts.push(("Baseline", baseline(reason)));
+    }
     for (key, expression) in sweep.designs.space.carried() {
         facts.push(("Carried along", carried(key, expression)));
     }
@@ -118,4 +121,9 @@ fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
 /// A key that follows an axis by default.
 pub fn carried(key: &str, expression: &str) -> String {
     format!("{key} = {expression}; an axis, `set` or `[derived]` of yours comes first")
+}
+
+/// What the baseline is where the keys of `set` make no machine of it.
+pub fn baseline(reason: &String) -> String {
+    format!("the first design: the base machine with the keys of `set` alone is none: {reason}")
 }

@@ -131,6 +131,8 @@ fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
     lines.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
         format!("{points} invalid: {cause}, e.g. point {point}: {why}")
     }));
+    let baseline = sweep.designs.base_is_first.as_ref().map(super::dry_run::baseline);
+    lines.extend(baseline.map(|what| format!("Baseline: {what}")));
     lines.extend(sweep.is_calibrated.then(|| dram_model::NOTE.to_owned()));
     let carried = sweep.designs.space.carried();
     lines.extend(carried.into_iter().map(|(key, expression)| {

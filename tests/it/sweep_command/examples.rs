@@ -43,3 +43,50 @@ fn every_example_answers_its_question() {
     let pareto = ["pareto", "gscore-units", "--where", where_];
     bench.program(&pareto).args(objectives).assert().success().stdout(contains("knee"));
 }
+
+#[test]
+fn keys_of_set_may_need_those_of_an_axis() {
+    let bench = Bench::new();
+    let text = "question = \"?\"\nbase = \"gscore\"\n\
+                set = { \"geometry.tile\" = 64, \"geometry.sort-group\" = 64 }\n\
+                [[axes]]\nkey = \"vru.units-per-core\"\nvalues = [64, 128]\n";
+    std::fs::write(bench.path("s.toml"), text).unwrap();
+    let run = ["sweep", "s.toml", "--traces", "demo.bin", "--out", "s"];
+    bench.program(&run).assert().success().stdout(contains("2 designs simulated"));
+    let summary = std::fs::read_to_string(bench.path("s/summary.txt")).unwrap();
+    assert!(summary.contains("Baseline: the first design"), "{summary}");
+    let mut rows = csv::Reader::from_path(bench.path("s/results.csv")).unwrap();
+    let heads = rows.headers().unwrap().clone();
+    let units = heads.iter().position(|h| h == "vru.units-per-core").unwrap();
+    let first = rows.records().next().unwrap().unwrap();
+    assert_eq!((&first[1], &first[units]), ("true", "64"));
+}
+
+#[test]
+fn a_table_that_cannot_price_a_design_leaves_it_to_the_others() {
+    let bench = Bench::new();
+    // `paper` has prices for one format of numbers alone; no table has them for e5m8.
+    let text = "question = \"?\"\nbase = \"gscore\"\n\
+                [[axes]]\nkey = \"record.numbers\"\nvalues = [\"e5m10\", \"e4m3\", \"e5m8\"]\n\
+                [[energy]]\nlabel = \"a\"\ntable = \"gscore-28nm\"\n\
+                [[energy]]\nlabel = \"b\"\ntable = \"paper\"\n";
+    std::fs::write(bench.path("s.toml"), text).unwrap();
+    let run = ["sweep", "s.toml", "--traces", "demo.bin", "--out", "s"];
+    bench.program(&run).assert().success();
+    let mut rows = csv::Reader::from_path(bench.path("s/results.csv")).unwrap();
+    let heads = rows.headers().unwrap().clone();
+    let columns = ["point", "energy_table", "scope", "status", "fps.mean", "reason"]
+        .map(|head| heads.iter().position(|h| h == head).unwrap());
+    let mut seen = Vec::new();
+    for row in rows.records().map(Result::unwrap) {
+        let [point, table, scope, status, fps, reason] = columns.map(|i| row[i].to_owned());
+        if scope == "mean" && !point.is_empty() {
+            assert_eq!(status == "ok", !fps.is_empty(), "{point} {table}");
+            assert_eq!(status == "ok", !reason.contains("has no prices"), "{point} {table}");
+            seen.push((point, table, status));
+        }
+    }
+    let seen: Vec<_> = seen.iter().map(|(p, t, s)| [p.as_str(), t, s].join(" ")).collect();
+    let wanted = ["0 a ok", "0 b ok", "1 a ok", "1 b invalid", "2 a invalid", "2 b invalid"];
+    assert_eq!(seen, wanted);
+}

@@ -41,12 +41,8 @@ impl<T> Config<T> {
     ///
     /// # Errors
     /// All `problems`, in the order of the file.
-    pub fn checked(self, mut problems: Vec<Problem>) -> Result<T, ConfigError> {
-        if problems.is_empty() {
-            return Ok(self.value);
-        }
-        sort(&mut problems);
-        Err(ConfigError { problems })
+    pub fn checked(self, problems: Vec<Problem>) -> Result<T, ConfigError> {
+        if problems.is_empty() { Ok(self.value) } else { Err(ConfigError::new(problems)) }
     }
 }
 
@@ -60,7 +56,7 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
     sets: &[String],
 ) -> Result<Config<T>, ConfigError> {
     let (config, unknown) = parse_around(text, sets)?;
-    if unknown.is_empty() { Ok(config) } else { Err(ConfigError { problems: unknown }) }
+    if unknown.is_empty() { Ok(config) } else { Err(ConfigError::new(unknown)) }
 }
 
 /// As [`parse`], for a value that is looked at further: unknown keys whose absence leaves it whole
@@ -92,10 +88,10 @@ pub fn parse_around<T: DeserializeOwned + JsonSchema>(
         let whole = Spanned::new(root_span.clone(), table.clone());
         let error = match T::deserialize(toml::Deserializer::from(whole)) {
             Ok(value) => {
-                sort(&mut problems);
+                let found = ConfigError::new(problems);
                 return match is_whole {
-                    true => Ok((Config { value, places }, problems)),
-                    false => Err(ConfigError { problems }),
+                    true => Ok((Config { value, places }, found.problems)),
+                    false => Err(found),
                 };
             }
             Err(error) => error,
@@ -118,15 +114,7 @@ pub fn parse_around<T: DeserializeOwned + JsonSchema>(
             break;
         }
     }
-    sort(&mut problems);
-    Err(ConfigError { problems })
-}
-
-fn sort(problems: &mut [Problem]) {
-    problems.sort_by_key(|p| match &p.place {
-        Place::File { line, column, .. } => (0, *line, *column),
-        Place::Set(_) => (1, 0, 0),
-    });
+    Err(ConfigError::new(problems))
 }
 
 /// The text and the overlays. A span beyond the end of the text is the index of an overlay.
@@ -157,7 +145,7 @@ impl Source<'_> {
     }
 
     fn fail(&self, span: Range<usize>, key: &str, message: String) -> ConfigError {
-        ConfigError { problems: vec![self.problem(span, key, message)] }
+        ConfigError::new(vec![self.problem(span, key, message)])
     }
 
     fn syntax(&self, error: &toml::de::Error) -> ConfigError {

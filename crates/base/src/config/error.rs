@@ -17,6 +17,19 @@ const SHOWN_MAX: usize = 20;
 pub struct ConfigError {
     /// At least one problem.
     pub problems: Vec<Problem>,
+    /// Changes (`key=value`) that would end all of them together; empty where none are known.
+    pub remedy: Vec<String>,
+}
+
+impl ConfigError {
+    /// Of all `problems`, which it brings into the order of the file.
+    pub fn new(mut problems: Vec<Problem>) -> ConfigError {
+        problems.sort_by_key(|p| match &p.place {
+            Place::File { line, column, .. } => (0, *line, *column),
+            Place::Set(_) => (1, 0, 0),
+        });
+        ConfigError { problems, remedy: Vec::new() }
+    }
 }
 
 /// One thing that is wrong.
@@ -121,7 +134,8 @@ impl fmt::Display for Problem {
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let [one] = self.problems.as_slice() {
-            return one.fmt(f);
+            one.fmt(f)?;
+            return self.fmt_remedy(f);
         }
         let all = self.problems.len();
         let more = if all >= PROBLEMS_MAX { " or more" } else { "" };
@@ -136,8 +150,21 @@ impl fmt::Display for ConfigError {
             same[0].place.fmt(f)
         })?;
         match all - shown.len() {
-            0 => Ok(()),
+            0 => self.fmt_remedy(f),
             rest => write!(f, "\nand {rest}{more}"),
         }
+    }
+}
+
+impl ConfigError {
+    fn fmt_remedy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.remedy.is_empty() {
+            return Ok(());
+        }
+        write!(f, "\nit would fit with")?;
+        self.remedy.iter().try_for_each(|set| match set.contains(' ') {
+            true => write!(f, " --set '{set}'"),
+            false => write!(f, " --set {set}"),
+        })
     }
 }

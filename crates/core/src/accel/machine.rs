@@ -1,6 +1,6 @@
 //! The machine file: every key that an architect can turn.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::{Arc, LazyLock};
 
 use schemars::JsonSchema;
@@ -78,6 +78,47 @@ pub struct Machine {
     pub rules: UnitRules,
 }
 
+/// Rounds in which one remedy may bring up the next contradiction.
+const REMEDY_ROUNDS: usize = 8;
+
+/// The changes that end `problems` of a machine with `sets`, and all that they bring up themselves;
+/// empty where nobody asked for a change, a remedy is not plain, or it would undo what was asked for.
+fn together(text: &str, sets: &[String], problems: &[check::Contradiction]) -> Vec<String> {
+    let key_of = |set: &str| set.split('=').next().unwrap_or_default().trim().to_owned();
+    let mut fixed: HashSet<String> = sets.iter().map(|set| key_of(set)).collect();
+    if fixed.is_empty() {
+        return Vec::new();
+    }
+    let remedies = |problems: &[check::Contradiction]| -> Option<Vec<(String, String)>> {
+        let remedies = problems.iter().map(|p| p.remedy.clone());
+        remedies.map(|r| r.map(|(key, value)| (key.to_owned(), value))).collect()
+    };
+    let mut added: Vec<String> = Vec::new();
+    let mut wanted = remedies(problems);
+    for _ in 0..REMEDY_ROUNDS {
+        for (key, value) in wanted.take().unwrap_or_default() {
+            let set = format!("{key}={value}");
+            if !added.contains(&set) {
+                if !fixed.insert(key) {
+                    return Vec::new();
+                }
+                added.push(set);
+            }
+        }
+        let all = [sets, &added[..]].concat();
+        let Ok(config) = config::parse::<Machine>(text, &all) else { return Vec::new() };
+        let problems = check::problems(&config.value);
+        if problems.is_empty() {
+            return added;
+        }
+        wanted = remedies(&problems);
+        if wanted.is_none() {
+            return Vec::new();
+        }
+    }
+    Vec::new()
+}
+
 impl Machine {
     /// Bytes of a list entry: depth, number of the splat, bitmap and distance to its next tile, in
     /// whole bytes.
@@ -121,9 +162,13 @@ impl Machine {
     /// As [`Machine::parse`]; a problem of an overlay names the overlay.
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
         let config = config::parse::<Machine>(text, sets)?;
-        let problems =
-            check::problems(&config.value).into_iter().map(|(k, m)| config.problem(k, m)).collect();
-        let mut machine = config.clone().checked(problems)?;
+        let problems = check::problems(&config.value);
+        if !problems.is_empty() {
+            let remedy = together(text, sets, &problems);
+            let problems = problems.into_iter().map(|p| config.problem(p.key, p.message));
+            return Err(ConfigError { remedy, ..ConfigError::new(problems.collect()) });
+        }
+        let mut machine = config.value.clone();
         if let Some(device) = embedded_device(&machine.dram.device)
             && let Err((key, message)) = machine.link(device)
         {
@@ -144,7 +189,7 @@ impl Machine {
         let mut machine = machine.map_err(|e| e.message().to_owned())?;
         let problems = check::problems(&machine);
         if !problems.is_empty() {
-            let messages: Vec<String> = problems.into_iter().map(|(_, message)| message).collect();
+            let messages: Vec<String> = problems.into_iter().map(|p| p.message).collect();
             return Err(messages.join("; "));
         }
         if let Some(device) = device {

@@ -19,7 +19,7 @@ pub struct Design {
     pub index: u64,
     /// The machine, linked to its DRAM device.
     pub machine: Machine,
-    /// One for every energy table of the sweep, in its order.
+    /// One for every energy table of the sweep, in its order; at least one has prices.
     pub prices: Vec<Priced>,
     /// The DRAM device as it is in a file, before the machine's own channels and mapping; `None`
     /// where the machine has a mere rate.
@@ -45,8 +45,8 @@ pub struct Priced {
     pub label: String,
     /// The table.
     pub table: Arc<Document<EnergyTable>>,
-    /// What it says of this machine.
-    pub prices: Prices,
+    /// What it says of this machine; `Err` where it has no price for a part of it, with which.
+    pub prices: Result<Prices, String>,
 }
 
 /// A column of a point.

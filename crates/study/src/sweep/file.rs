@@ -269,7 +269,7 @@ impl SweepFile {
     /// wrong types. What its axes name is checked by [`Space::new`](super::space::Space::new).
     pub fn parse(text: &str) -> Result<SweepFile, ConfigError> {
         let (file, problems) = SweepFile::parse_around(text)?;
-        if problems.is_empty() { Ok(file) } else { Err(ConfigError { problems }) }
+        if problems.is_empty() { Ok(file) } else { Err(ConfigError::new(problems)) }
     }
 
     /// As [`SweepFile::parse`], but problems that do not keep its space from being looked at are

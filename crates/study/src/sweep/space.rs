@@ -104,6 +104,19 @@ impl Space {
         if problems.is_empty() { Ok(space) } else { Err(sorted(problems)) }
     }
 
+    /// The design of a file without axes.
+    ///
+    /// # Errors
+    /// What is wrong first, without its place.
+    pub fn only_design(file: &SweepFile, files: &Arc<dyn Files>) -> Result<Design, String> {
+        let mut found = Found { places: file.places(), problems: Vec::new() };
+        let space = Space::build(file, Library::new(Arc::clone(files)), &mut found);
+        match (found.problems.into_iter().next(), space) {
+            (None, Some(space)) => space.design(0).map_err(|why| why.to_string()),
+            (problem, _) => Err(problem.map_or_else(String::new, |problem| problem.message)),
+        }
+    }
+
     /// As [`Space::new`], of a file with problems of its own: all of them are told at once.
     ///
     /// # Errors
@@ -305,6 +318,12 @@ impl Space {
         for energy in &self.energy {
             prices.push(self.priced(&draft, energy, &machine)?);
         }
+        // A machine that one table cannot price is a design for the others.
+        if let Some(Priced { label, prices: Err(message), .. }) = prices.first()
+            && prices.iter().all(|p: &Priced| p.prices.is_err())
+        {
+            return Err(Rejected::Price { label: label.clone(), message: message.clone() });
+        }
         if constrained {
             self.hold(&draft, Some(&Computed { machine: &machine, prices: &prices }))?;
         }
@@ -325,7 +344,7 @@ impl Space {
     ) -> Result<Priced, Rejected> {
         let fail = |message| Rejected::Price { label: energy.label.clone(), message };
         let table = draft.energy(energy).map_err(fail)?;
-        let prices = sim::cost::prices(&table.value, machine).map_err(|e| fail(e.to_string()))?;
+        let prices = sim::cost::prices(&table.value, machine).map_err(|e| e.to_string());
         Ok(Priced { label: energy.label.clone(), table, prices })
     }
 
@@ -394,5 +413,5 @@ fn constraints(file: &SweepFile, energy: &[Energy], found: &mut Found<'_>) -> Ve
 
 fn sorted(mut problems: Vec<Problem>) -> SweepError {
     problems.sort_by_key(|p| p.place.line());
-    SweepError { problems }
+    SweepError::new(problems)
 }

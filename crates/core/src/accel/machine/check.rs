@@ -20,9 +20,36 @@ const EFFICIENCY_MIN: f64 = 1e-3;
 /// The largest side of a sort group, pixels.
 const SORT_GROUP_MAX: u32 = 512;
 
-/// Every contradiction, as (key, what is wrong and what to do).
-pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
-    let mut found = Vec::new();
+/// Keys that contradict each other.
+pub(super) struct Contradiction {
+    /// The key that it is shown at.
+    pub key: &'static str,
+    /// What is wrong and what to do.
+    pub message: String,
+    /// A key with the value that would end it, as `--set` takes it, where one is plain.
+    pub remedy: Option<(&'static str, String)>,
+}
+
+/// What was found so far.
+#[derive(Default)]
+struct Found(Vec<Contradiction>);
+
+impl Found {
+    fn add(&mut self, key: &'static str, message: String) {
+        self.0.push(Contradiction { key, message, remedy: None });
+    }
+
+    /// Says what would end the contradiction that was added last.
+    fn ends_with(&mut self, key: &'static str, value: impl ToString) {
+        if let Some(last) = self.0.last_mut() {
+            last.remedy = Some((key, value.to_string()));
+        }
+    }
+}
+
+/// Every contradiction.
+pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
+    let mut found = Found::default();
     names(machine, &mut found);
     geometry(machine, &mut found);
     records(machine, &mut found);
@@ -38,22 +65,20 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     late_colours(machine, &mut found);
     binning::check(machine, &mut found);
     codebook(machine, &mut found);
-    if found.is_empty() {
+    if found.0.is_empty() {
         fits(machine, &mut found);
     }
-    found
+    found.0
 }
-
-type Found = Vec<(&'static str, String)>;
 
 fn names(m: &Machine, found: &mut Found) {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if m.name.is_empty() || !m.name.chars().all(plain) || m.name.starts_with('.') {
         let message = "must be letters, digits, `-`, `_` and `.`: it becomes part of file names";
-        found.push(("name", format!("`name` {message}")));
+        found.add("name", format!("`name` {message}"));
     }
     if m.energy.trim().is_empty() {
-        found.push(("energy", "`energy` must name an energy table or a path of one".into()));
+        found.add("energy", "`energy` must name an energy table or a path of one".into());
     }
 }
 
@@ -66,7 +91,8 @@ fn geometry(m: &Machine, found: &mut Found) {
     ];
     for (key, n) in powers.into_iter().filter(|(_, n)| !n.is_power_of_two()) {
         let (below, above) = (1 << n.ilog2(), n.next_power_of_two());
-        found.push((key, format!("`{key}` = {n} must be a power of two: {below} or {above}")));
+        found.add(key, format!("`{key}` = {n} must be a power of two: {below} or {above}"));
+        found.ends_with(key, above);
     }
     if g.subtile > g.tile || !g.tile.is_multiple_of(g.subtile) {
         let message = format!(
@@ -74,7 +100,10 @@ fn geometry(m: &Machine, found: &mut Found) {
              number of sub-tiles",
             g.subtile, g.tile
         );
-        found.push(("geometry.subtile", message));
+        found.add("geometry.subtile", message);
+        if g.subtile > g.tile {
+            found.ends_with("geometry.subtile", g.tile);
+        }
     }
     let is_group = |n: u32| n.is_power_of_two() && (g.tile..=SORT_GROUP_MAX).contains(&n);
     if g.tile.is_power_of_two() && !is_group(g.sort_group) {
@@ -83,7 +112,8 @@ fn geometry(m: &Machine, found: &mut Found) {
              at most {SORT_GROUP_MAX}: a group is a square of tiles",
             g.sort_group, g.tile
         );
-        found.push(("geometry.sort-group", message));
+        found.add("geometry.sort-group", message);
+        found.ends_with("geometry.sort-group", g.tile);
     }
 }
 
@@ -116,14 +146,14 @@ fn memory(m: &Machine, found: &mut Found) {
             "`dram.second-master.rate` = {} must be 0 B/s or from 1 kB/s to 1 PB/s",
             master.rate
         );
-        found.push(("dram.second-master.rate", message));
+        found.add("dram.second-master.rate", message);
     }
     if !(1..=RECORD_MAX.0).contains(&master.request.0) {
         let message = format!(
             "`dram.second-master.request` = {} must be from 1 B to {RECORD_MAX}",
             master.request
         );
-        found.push(("dram.second-master.request", message));
+        found.add("dram.second-master.request", message);
     }
     if dram.has_device() {
         return;
@@ -133,12 +163,12 @@ fn memory(m: &Machine, found: &mut Found) {
             "`dram.device` = \"{NO_DEVICE}\" needs `dram.bandwidth`, the peak rate of the memory: \
              add e.g. `bandwidth = \"51.2 GB/s\"`, or name a device"
         );
-        found.push(("dram.bandwidth", message));
+        found.add("dram.bandwidth", message);
     }
     if dram.bandwidth.is_some()
         && let Some(message) = taken(m)
     {
-        found.push(("dram.second-master.rate", message));
+        found.add("dram.second-master.rate", message);
     }
     if dram.model != DramModel::Bandwidth {
         let message = format!(
@@ -146,7 +176,7 @@ fn memory(m: &Machine, found: &mut Found) {
              or set `dram.model` = \"bandwidth\"",
             dram.model.name()
         );
-        found.push(("dram.model", message));
+        found.add("dram.model", message);
     }
 }
 
@@ -165,7 +195,8 @@ fn organisation(m: &Machine, found: &mut Found) {
              it must be a multiple of {subtiles}",
             g.tile, g.subtile
         );
-        found.push(("vru.units-per-core", message));
+        found.add("vru.units-per-core", message);
+        found.ends_with("vru.units-per-core", units.next_multiple_of(subtiles));
     }
     if is_parallel && vru.switch != Switch::Free {
         let message = format!(
@@ -173,13 +204,15 @@ fn organisation(m: &Machine, found: &mut Found) {
              which no unit goes from one sub-tile to another: set `vru.switch` = \"free\"",
             vru.switch.name()
         );
-        found.push(("vru.switch", message));
+        found.add("vru.switch", message);
+        found.ends_with("vru.switch", "free");
     }
     if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
         let message = "`vru.switch` = \"scan\" contradicts `vru.termination` = \"tile\": units \
                        that scan one sub-tile after the other cannot stop with the tile; set \
                        `vru.termination` = \"subtile\"";
-        found.push(("vru.switch", message.to_owned()));
+        found.add("vru.switch", message.to_owned());
+        found.ends_with("vru.termination", "subtile");
     }
     if vru.termination == Termination::Pixel && vru.pixels_per_unit != 4 {
         let message = format!(
@@ -188,7 +221,8 @@ fn organisation(m: &Machine, found: &mut Found) {
              `vru.termination` = \"subtile\"",
             vru.pixels_per_unit
         );
-        found.push(("vru.termination", message));
+        found.add("vru.termination", message);
+        found.ends_with("vru.pixels-per-unit", 4);
     }
     if !(1..=RECORD_MAX.0).contains(&vru.pixel_state.0) {
         let message = format!(
@@ -196,7 +230,7 @@ fn organisation(m: &Machine, found: &mut Found) {
              a pixel",
             vru.pixel_state
         );
-        found.push(("vru.pixel-state", message));
+        found.add("vru.pixel-state", message);
     }
 }
 
@@ -205,21 +239,21 @@ fn organisation(m: &Machine, found: &mut Found) {
 fn rates(m: &Machine, found: &mut Found) {
     let (clock, latency) = (m.clock, m.dram.latency);
     if !(1e4..=1e11).contains(&clock.0) {
-        found.push(("clock", format!("`clock` = {clock} must be from 10 kHz to 100 GHz")));
+        found.add("clock", format!("`clock` = {clock} must be from 10 kHz to 100 GHz"));
     }
     if let Some(bandwidth) = m.dram.bandwidth.filter(|rate| !(1e6..=1e15).contains(&rate.0)) {
         let message = format!("`dram.bandwidth` = {bandwidth} must be from 1 MB/s to 1 PB/s");
-        found.push(("dram.bandwidth", message));
+        found.add("dram.bandwidth", message);
     }
     if m.dram.efficiency < EFFICIENCY_MIN {
         let efficiency = m.dram.efficiency;
         let message =
             format!("`dram.efficiency` = {efficiency:?} must be at least {EFFICIENCY_MIN}");
-        found.push(("dram.efficiency", message));
+        found.add("dram.efficiency", message);
     }
     if latency.0 > 1e6 {
         let message = format!("`dram.latency` = {latency} must be at most 1000000 ns");
-        found.push(("dram.latency", message));
+        found.add("dram.latency", message);
     }
 }
 
@@ -238,10 +272,10 @@ fn records(m: &Machine, found: &mut Found) {
     ];
     for (key, size, least) in all {
         if size < Bytes(least) {
-            found.push((key, format!("`{key}` must be at least {} B", least)));
+            found.add(key, format!("`{key}` must be at least {} B", least));
         }
         if size > RECORD_MAX {
-            found.push((key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?")));
+            found.add(key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?"));
         }
     }
 }
@@ -261,14 +295,15 @@ fn numbers(m: &Machine, found: &mut Found) {
             m.record.feature,
             format.bits()
         );
-        found.push(("record.numbers", message));
+        found.add("record.numbers", message);
+        found.ends_with("record.feature", least);
     }
     if format.exponent_bits() < 4 {
         let message = format!(
             "`record.numbers` = \"{format}\": places in a tile need four bits of exponent, as in \
              e4m3"
         );
-        found.push(("record.numbers", message));
+        found.add("record.numbers", message);
     }
 }
 
@@ -282,7 +317,8 @@ fn features(m: &Machine, found: &mut Found) {
         let message = "`record.feature-source` = \"ccu\" needs colours before the lists are \
                        rendered, and `ccu.fetch` = \"lazy-colour\" reads them later: set \
                        `ccu.fetch` = \"visible-colour\", or `record.feature-source` = \"nobody\"";
-        found.push(("record.feature-source", message.into()));
+        found.add("record.feature-source", message.into());
+        found.ends_with("record.feature-source", "nobody");
     }
     if r.projected != r.feature {
         let message = format!(
@@ -291,7 +327,8 @@ fn features(m: &Machine, found: &mut Found) {
              `record.feature-source` = \"nobody\"",
             r.projected, r.feature
         );
-        found.push(("record.feature-source", message));
+        found.add("record.feature-source", message);
+        found.ends_with("record.projected", r.feature);
     }
 }
 
@@ -302,7 +339,8 @@ fn late_colours(m: &Machine, found: &mut Found) {
                        \"lazy-colour\", with which cores read colours and evaluate them: give it \
                        the operations a cycle of their colour units, e.g. 133, or set \
                        `ccu.fetch` = \"visible-colour\"";
-        found.push(("vru.colour-operations-per-cycle", message.to_owned()));
+        found.add("vru.colour-operations-per-cycle", message.to_owned());
+        found.ends_with("ccu.fetch", "visible-colour");
     }
 }
 
@@ -315,7 +353,7 @@ fn colours(m: &Machine, found: &mut Found) {
              that does not depend on the SH degree",
             r.colour_extra, r.colour
         );
-        found.push(("record.colour-extra", message));
+        found.add("record.colour-extra", message);
     }
 }
 
@@ -329,10 +367,11 @@ fn pitches(m: &Machine, found: &mut Found) {
     for (key, pitch, record, size) in all {
         if pitch < size || pitch == Bytes(0) {
             let message = format!("`{key}` = {pitch} must be at least `{record}` = {size}");
-            found.push((key, message));
+            found.add(key, message);
+            found.ends_with(key, size);
         }
         if pitch > RECORD_MAX {
-            found.push((key, format!("`{key}` = {pitch} is above {RECORD_MAX}: a typing error?")));
+            found.add(key, format!("`{key}` = {pitch} is above {RECORD_MAX}: a typing error?"));
         }
     }
 }
@@ -359,7 +398,10 @@ fn words(m: &Machine, found: &mut Found) {
     for (key, (word, capacity)) in buffers.chain(optional.map(|(key, w, c)| (key, (w, c)))) {
         if word == Bytes(0) || word > capacity {
             let message = format!("`{key}` = {word} must be from 1 B to the capacity, {capacity}");
-            found.push((key, message));
+            found.add(key, message);
+            if word > capacity {
+                found.ends_with(key, capacity);
+            }
         }
     }
     for (key, size) in [
@@ -368,7 +410,7 @@ fn words(m: &Machine, found: &mut Found) {
         ("binning.combining.capacity", b.combining.capacity),
     ] {
         if size > SIZE_MAX {
-            found.push((key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?")));
+            found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?"));
         }
     }
 }
@@ -381,12 +423,12 @@ fn codebook(m: &Machine, found: &mut Found) {
     }
     if book.entry == Bytes(0) || book.entry > RECORD_MAX {
         let message = format!("`codebook.entry` = {} must be 1 B to {RECORD_MAX}", book.entry);
-        found.push(("codebook.entry", message));
+        found.add("codebook.entry", message);
         return;
     }
     if book.word == Bytes(0) || book.word > RECORD_MAX {
         let message = format!("`codebook.word` = {} must be 1 B to {RECORD_MAX}", book.word);
-        found.push(("codebook.word", message));
+        found.add("codebook.word", message);
         return;
     }
     // Entries are whole words.
@@ -396,7 +438,7 @@ fn codebook(m: &Machine, found: &mut Found) {
             "`codebook.entries` = {} of {} are above {SIZE_MAX}: a typing error?",
             book.entries, book.entry
         );
-        found.push(("codebook.entries", message));
+        found.add("codebook.entries", message);
     }
     let (record, pitch) = (m.record.of(ShDegree::MAX, book).colour, m.record.colour_pitch);
     if record > pitch {
@@ -405,7 +447,8 @@ fn codebook(m: &Machine, found: &mut Found) {
              of one of {} entries",
             book.entries
         );
-        found.push(("record.colour-pitch", message));
+        found.add("record.colour-pitch", message);
+        found.ends_with("record.colour-pitch", record);
     }
 }
 
@@ -419,10 +462,10 @@ fn sizes(m: &Machine, found: &mut Found) {
     ];
     for (key, size) in keys.into_iter().zip(m.buffers.all().map(|b| b.capacity)) {
         if size == Bytes(0) {
-            found.push((key, format!("`{key}` must be above zero")));
+            found.add(key, format!("`{key}` must be above zero"));
         }
         if size > SIZE_MAX {
-            found.push((key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?")));
+            found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?"));
         }
     }
 }
@@ -442,7 +485,10 @@ fn fits(m: &Machine, found: &mut Found) {
             "`{}` = {} is too small: {} need {shown}; enlarge it or shrink one of them",
             need.key, need.capacity, need.because
         );
-        found.push((need.key, message));
+        found.add(need.key, message);
+        if need.bytes <= u128::from(SIZE_MAX.0) {
+            found.ends_with(need.key, Bytes(need.bytes as u64));
+        }
     }
 }
 

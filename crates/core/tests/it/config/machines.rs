@@ -245,3 +245,28 @@ fn errors_read_well() {
     expect_file![concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/config-errors.txt")]
         .assert_eq(&text);
 }
+
+#[test]
+fn a_refused_change_says_what_would_make_it_fit() {
+    let fit = |sets: &[&str]| {
+        let sets = super::sets(sets);
+        let error = Machine::parse_with(gscore(), &sets).expect_err("contradictions");
+        let with = [&sets[..], &error.remedy[..]].concat();
+        if !error.remedy.is_empty() {
+            Machine::parse_with(gscore(), &with).expect("the remedy is one");
+        }
+        (error.remedy.clone(), error.to_string())
+    };
+    let (remedy, text) = fit(&["geometry.tile=64"]);
+    assert_eq!(remedy, ["geometry.sort-group=64", "vru.units-per-core=64"]);
+    let line = "it would fit with --set geometry.sort-group=64 --set vru.units-per-core=64";
+    assert!(text.ends_with(line), "{text}");
+    // Buffers are looked at only when all else is right: the remedy goes on until nothing is left.
+    let (remedy, text) = fit(&["geometry.tile=64", "vru.cores=32"]);
+    assert!(remedy.contains(&"buffers.feature.capacity=288 KiB".to_owned()), "{remedy:?}");
+    assert!(text.contains("--set 'buffers.feature.capacity=288 KiB'"), "{text}");
+    // What was asked for is not taken back, and a file alone gets no changes.
+    assert_eq!(fit(&["geometry.tile=64", "geometry.sort-group=16"]).0, [""; 0]);
+    let alone = gscore().replace("sort-group = 16", "sort-group = 24");
+    assert_eq!(Machine::parse(&alone).expect_err("no power of two").remedy, [""; 0]);
+}

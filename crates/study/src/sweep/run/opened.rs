@@ -27,8 +27,11 @@ use toml::Value;
 pub struct Designs {
     /// The points.
     pub space: Space,
-    /// The base machine alone.
+    /// The base machine with the keys of `set`; the first design of the space where it does not
+    /// fit together with them.
     pub base: Design,
+    /// Why it is that.
+    pub base_is_first: Option<String>,
     columns: Vec<Column>,
 }
 
@@ -50,12 +53,18 @@ impl Designs {
         alone.axes.clear();
         alone.derived = Default::default();
         alone.constraints.clear();
-        let base = Space::new(&alone, Arc::clone(files)).map_err(wrong)?;
-        let base = base
-            .design(0)
-            .map_err(|e| RunError::config(origin, format_args!("base machine: {e}")))?;
+        let (base, base_is_first) = match Space::only_design(&alone, files) {
+            Ok(base) => (base, None),
+            // Keys of `set` may need those of an axis beside them.
+            Err(reason) => {
+                let mut points = 0..space.lattice().points().min(LOOK_MAX);
+                let first = points.find_map(|index| space.design(index).ok());
+                let none = || RunError::config(origin, format_args!("base machine: {reason}"));
+                (first.ok_or_else(none)?, Some(reason))
+            }
+        };
         let columns = columns::kinds(&space);
-        Ok(Designs { space, base, columns })
+        Ok(Designs { space, base, base_is_first, columns })
     }
 
     /// The design of a point; of `None` the base machine.
@@ -236,6 +245,9 @@ impl<'a> OpenedSweep<'a> {
         self.traces.iter().map(|t| t.frames.range().len()).sum()
     }
 }
+
+/// Points among which a baseline is looked for.
+const LOOK_MAX: u64 = 4096;
 
 /// The key of the DRAM model.
 const MODEL: &str = "dram.model";

@@ -45,6 +45,8 @@ pub struct Plan {
     pub priced: Vec<u128>,
     /// What is known of each design before it is simulated, as `priced`.
     pub facts: Vec<Facts>,
+    /// Why a table has no price for a design: by its place in `designs`, and that of the table.
+    pub unpriced: BTreeMap<(usize, usize), String>,
     /// Energy tables.
     pub tables: usize,
     /// Distinct geometries, sorted.
@@ -56,7 +58,7 @@ pub struct Plan {
     pub duplicates: BTreeMap<String, u64>,
     /// Points that are configurations which cannot exist: number and reason.
     pub invalid: Vec<(u64, String)>,
-    /// The reasons of those, without their numbers.
+    /// The reasons of those, and of tables that cannot price a design, without their numbers.
     pub causes: BTreeMap<String, Cause>,
 }
 
@@ -71,7 +73,7 @@ pub struct Cause {
 
 /// What one point of the space is.
 enum Found {
-    Design(Planned, Geometry, Vec<(u128, Facts)>),
+    Design(Planned, Geometry, Vec<(u128, Facts)>, Vec<(usize, Rejected)>),
     Excluded(String),
     Duplicate(String),
     Invalid(u64, Rejected),
@@ -119,12 +121,16 @@ impl Plan {
             Found::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
             Found::Duplicate(axis) => *self.duplicates.entry(axis).or_default() += 1,
             Found::Invalid(point, why) => {
-                let reason = why.to_string();
-                let new = || Cause { points: 0, example: (point, reason.clone()) };
-                self.causes.entry(why.cause()).or_insert_with(new).points += 1;
-                self.invalid.push((point, reason));
+                self.count(point, &why);
+                self.invalid.push((point, why.to_string()));
             }
-            Found::Design(mut design, geometry, priced) => {
+            Found::Design(mut design, geometry, priced, unpriced) => {
+                for (table, why) in unpriced {
+                    if let Some(point) = design.point {
+                        self.count(point, &why);
+                    }
+                    self.unpriced.insert((self.designs.len(), table), why.to_string());
+                }
                 let next = geometries.len() as u32;
                 design.geometry = *geometries.entry(geometry).or_insert(next);
                 self.designs.push(design);
@@ -133,6 +139,11 @@ impl Plan {
                 self.facts.extend(facts);
             }
         }
+    }
+
+    fn count(&mut self, point: u64, why: &Rejected) {
+        let new = || Cause { points: 0, example: (point, why.to_string()) };
+        self.causes.entry(why.cause()).or_insert_with(new).points += 1;
     }
 
     /// The key of the result of a design under an energy table on the trace with this hash.
@@ -178,7 +189,12 @@ fn planned(point: Option<u64>, design: &Design) -> Found {
     let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0, model };
     let priced = |table| (price_id(design, table), facts(design, table));
     let priced = (0..design.prices.len()).map(priced).collect();
-    Found::Design(planned, design.machine.geometry, priced)
+    let tables = design.prices.iter().enumerate();
+    let unpriced = tables.filter_map(|(i, priced)| {
+        let (label, message) = (priced.label.clone(), priced.prices.as_ref().err()?.clone());
+        Some((i, Rejected::Price { label, message }))
+    });
+    Found::Design(planned, design.machine.geometry, priced, unpriced.collect())
 }
 
 /// Hash of what an energy table and the display make of a timing.

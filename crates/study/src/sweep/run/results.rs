@@ -118,6 +118,9 @@ fn rows_of(
             let fate = match (slot, source) {
                 (Slot::Invalid(_, reason), _) => Fate::Invalid((*reason).to_owned()),
                 (_, None) => Fate::Missing,
+                (_, Some((plan, place))) if plan.unpriced.contains_key(&(place, t)) => {
+                    Fate::Invalid(plan.unpriced[&(place, t)].clone())
+                }
                 (_, Some((plan, place))) => match records.get(plan.key(place, t, trace.hash))? {
                     Some(Record::Ok(outcome)) => Fate::Ok(outcome),
                     Some(Record::Failed(reason)) => Fate::Failed(reason),

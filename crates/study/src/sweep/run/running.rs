@@ -1,6 +1,6 @@
 //! Designs of one machine on their way through a trace: timed once, priced by each of them.
 
-use crate::sweep::design::Design;
+use crate::sweep::design::{Design, Priced};
 use crate::sweep::outcome::Accumulator;
 use crate::sweep::record::Record;
 use powergs_core::run::session::{BinnedFrame, time};
@@ -48,7 +48,8 @@ impl Running {
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
             let label = frame.label(design.display.as_ref().map(|display| &display.value));
             for (table, sum) in design.prices.iter().zip(sums) {
-                let report = priced(label.clone(), &timed, &table.prices)
+                let Ok(prices) = &table.prices else { continue };
+                let report = priced(label.clone(), &timed, prices)
                     .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
                 sum.add(report, self.eyes, display_fps);
             }
@@ -67,6 +68,13 @@ impl Running {
             (None, Some(outcome)) => Record::Ok(outcome),
             (None, None) => Record::Failed("the trace has no frames".into()),
         };
-        self.sums.into_iter().flatten().map(record).collect()
+        let of_design = |(design, sums): (Design, Vec<Accumulator>)| {
+            let of_table = |(table, sum): (Priced, Accumulator)| match table.prices {
+                Ok(_) => record(sum),
+                Err(reason) => Record::Failed(reason),
+            };
+            design.prices.into_iter().zip(sums).map(of_table).collect::<Vec<_>>()
+        };
+        self.designs.into_iter().zip(self.sums).flat_map(of_design).collect()
     }
 }

@@ -176,7 +176,7 @@ fn moves(space: &Space, number: usize, around: &[u64]) -> Result<bool, Rejected>
 /// Whether two designs have the same results on every trace: one timing, and the same prices. Other
 /// prices in files that do not reach them are no difference.
 fn is_same(a: &Design, b: &Design) -> bool {
-    let prices = |d: &Design| d.prices.iter().map(|p| p.prices).collect::<Vec<_>>();
+    let prices = |d: &Design| d.prices.iter().map(|p| p.prices.clone()).collect::<Vec<_>>();
     let display = |d: &Design| d.display.as_ref().map(|display| (display.id, d.display_fps));
     // The memory's own prices are in the table's, where that takes them.
     let timing = || {

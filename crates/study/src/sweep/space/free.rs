@@ -52,7 +52,8 @@ impl Space {
             for i in 0..tried {
                 digits[number] = (u64::from(i) * u64::from(len - 1) / u64::from(tried - 1)) as u32;
                 let Ok(design) = self.built(self.lattice.index(&digits), false) else { continue };
-                let prices: Vec<_> = design.prices.iter().map(|p| p.prices).collect();
+                let prices: Vec<_> =
+                    design.prices.iter().filter_map(|p| p.prices.clone().ok()).collect();
                 match &first {
                     None => first = Some(prices),
                     Some(first) => {

@@ -48,12 +48,12 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
         None => (of.prices.first()?, name),
         Some((label, name)) => (of.prices.iter().find(|p| p.label == label)?, name),
     };
-    let machine = of.machine;
+    let (machine, prices) = (of.machine, priced.prices.as_ref().ok());
     let number = match name {
-        "area_mm2" => priced.prices.area?.total().0,
-        "area_mm2.core" => priced.prices.area?.core().0,
-        "leakage_w" => priced.prices.leakage_w(),
-        "peak_w" => peak_w(machine, &priced.prices).iter().map(|(_, watts)| watts).sum(),
+        "area_mm2" => prices?.area?.total().0,
+        "area_mm2.core" => prices?.area?.core().0,
+        "leakage_w" => prices?.leakage_w(),
+        "peak_w" => peak_w(machine, prices?).iter().map(|(_, watts)| watts).sum(),
         SRAM => {
             let buffers: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
             (buffers + machine.cache.capacity.0) as f64

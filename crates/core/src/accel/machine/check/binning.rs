@@ -21,7 +21,10 @@ pub(super) fn check(m: &Machine, found: &mut Found) {
              `record.id-bits`, `record.entry-bitmap`) to {LINE_MAX}",
             b.line
         );
-        found.push(("binning.line", message));
+        found.add("binning.line", message);
+        if b.line < entry {
+            found.ends_with("binning.line", Bytes(entry.0.next_power_of_two()));
+        }
     }
     if b.combining.capacity.0 > 0 && b.combining.capacity < b.line {
         let message = format!(
@@ -29,12 +32,13 @@ pub(super) fn check(m: &Machine, found: &mut Found) {
              or set it to 0 B for no combining",
             b.combining.capacity, b.line
         );
-        found.push(("binning.combining.capacity", message));
+        found.add("binning.combining.capacity", message);
+        found.ends_with("binning.combining.capacity", b.line);
     }
     if !(1..=16).contains(&b.pointer_size.0) {
         let message =
             format!("`binning.pointer-size` = {} must be from 1 B to 16 B", b.pointer_size);
-        found.push(("binning.pointer-size", message));
+        found.add("binning.pointer-size", message);
     }
     let fits = b.block.0.is_multiple_of(b.line.0.max(1)) && b.block > b.pointer_size;
     if b.method == BinningMethod::Append && (!fits || b.block > BLOCK_MAX) {
@@ -43,23 +47,24 @@ pub(super) fn check(m: &Machine, found: &mut Found) {
              `binning.pointer-size` = {}, and be at most {BLOCK_MAX}",
             b.block, b.line, b.pointer_size
         );
-        found.push(("binning.block", message));
+        found.add("binning.block", message);
     }
-    let mut excludes = |key, value: String, remedy: &str| {
+    let mut excludes = |key, value: String, remedy: &str, set: &str| {
         let message = format!(
             "`{key}` = {value} contradicts `binning.method` = \"{}\": {remedy}, or set \
              `binning.method` = \"free\"",
             b.method.name()
         );
-        found.push((key, message));
+        found.add(key, message);
+        found.ends_with(key, set);
     };
     if m.gsu.reuse_period > 1 {
         let period = m.gsu.reuse_period.to_string();
-        excludes("gsu.reuse-period", period, "updated lists lie back to back; set 1");
+        excludes("gsu.reuse-period", period, "updated lists lie back to back; set 1", "1");
     }
     if b.method == BinningMethod::TwoPass && m.schedule.overlap != Overlap::None {
         let overlap = "\"tiles\" or \"frames\"".to_owned();
         let remedy = "nothing overlaps with two passes over all splats; set \"none\"";
-        excludes("schedule.overlap", overlap, remedy);
+        excludes("schedule.overlap", overlap, remedy, "none");
     }
 }
