@@ -43,10 +43,10 @@ pub struct Args {
     pub folder: PathBuf,
     /// Columns to make small, or expressions of them: 'area_mm2 * frame_time_ms.p99'
     /// [default: those of the sweep file]
-    #[arg(long, value_name = "COLUMN,...")]
+    #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
     pub minimize: Vec<String>,
     /// Columns to make large, or expressions of them
-    #[arg(long, value_name = "COLUMN,...")]
+    #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
     pub maximize: Vec<String>,
     /// Only designs that meet this on every trace: 'area_mm2 <= 12 && power_w.mean <= 1.5'; what
     /// stands in mean(...) is over the traces

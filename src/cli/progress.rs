@@ -1,23 +1,33 @@
 //! A progress bar on standard error: for people at a terminal, and only if the work takes longer
-//! than a second.
+//! than a second. Elsewhere, a line a minute.
 
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::Context;
+use super::{Context, out};
 use powergs_core::run::Watch;
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A bar that appears after a second, goes away when dropped, and never writes to a file or pipe.
+/// Time between two lines in a file or pipe.
+const PULSE: Duration = Duration::from_secs(60);
+
+/// A bar that appears after a second and goes away when dropped.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
-    /// Whether a bar may be shown at all.
+    /// Whether anything may be shown at all.
     wanted: bool,
+    is_terminal: bool,
+    /// What is counted.
+    what: &'static str,
+    /// Lines that were written.
+    pulses: AtomicU64,
 }
 
 impl Progress {
@@ -30,7 +40,14 @@ impl Progress {
             ProgressStyle::with_template(&template)
                 .unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
-        Self { bar, started: Instant::now(), wanted: !context.global.quiet }
+        Self {
+            bar,
+            started: Instant::now(),
+            wanted: !context.global.quiet,
+            is_terminal: std::io::stderr().is_terminal(),
+            what,
+            pulses: AtomicU64::new(0),
+        }
     }
 
     /// Other work begins, `total` items of it.
@@ -46,11 +63,34 @@ impl Progress {
 
     /// `n` more items are done. May be called from any thread.
     pub fn advance(&self, n: u64) {
-        if self.wanted && self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
-            // Hides itself when standard error is not a terminal.
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
         self.bar.inc(n);
+        if self.wanted && self.is_terminal {
+            if self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
+                self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+        } else if self.wanted {
+            self.pulse();
+        }
+    }
+
+    /// `n` of the items need not be done.
+    pub fn skip(&self, n: u64) {
+        self.bar.dec_length(n);
+    }
+
+    /// Whether a bar is there.
+    pub fn is_shown(&self) -> bool {
+        !self.bar.is_hidden()
+    }
+
+    fn pulse(&self) {
+        let due = self.started.elapsed().as_secs() / PULSE.as_secs();
+        // Of several threads one writes the line of a minute.
+        if self.pulses.fetch_max(due, Ordering::Relaxed) < due {
+            let (at, of) = (self.bar.position(), self.bar.length().unwrap_or_default());
+            let left = self.bar.eta().as_secs().div_ceil(60);
+            out::complain(format_args!("{at}/{of} {}, about {left} min left", self.what));
+        }
     }
 }
 

@@ -276,7 +276,7 @@ pub fn publish(
         folder.write(&file.name, &file.bytes)?;
     }
     let note = args.timeline.as_ref().map(|asked| timeline(&folder, asked)).transpose()?;
-    if let Some(note) = note.flatten() {
+    if let Some(note) = note.flatten().filter(|_| !context.global.quiet) {
         out::complain(format_args!("note: {note}"));
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;

@@ -120,8 +120,12 @@ side. Areas, energies and powers of different technology nodes have no `ratios` 
 
 Every cycle of a frame is given to one unit that leads: in preprocessing the CCU, after it the \
 busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all. What that unit does \
-(works, waits for a cause, has no work) adds up to the frame. *Row-miss* is the share of the \
-bursts of the stage that waits that had to open a row.
+(works, waits for a cause, has no work) adds up to the frame. A wait of a tenth of the frame or \
+more for another unit is traced along VRU, BSU, QSU and CCU to where it begins (`in the end: \
+...`): while a unit has nothing to work on, the one before it works or waits, for anything but \
+room behind it; shares of time stand for what coincides. What works or waits there decides \
+`limit` too. *Row-miss* is the share of the bursts of the stage that waits that had to open a \
+row.
 
 ## Rules
 

@@ -65,14 +65,22 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
 /// Speed-ups and energy gains: a row a trace and machine, then the means.
 pub fn table(all: &SpeedUp) -> Table {
     let first = &all.machines[0].label;
-    let columns = [
+    let machines = all.machines.len();
+    // Across nodes there is no gain but that of the first over itself.
+    let has_gain = (1..machines).any(|m| all.mean(Gain::Energy, m).is_some());
+    let mut columns = vec![
         Column::text("trace"),
         Column::text("machine"),
         Column::fixed("FPS", 1),
         Column::fixed("mJ per frame", 3),
         Column::fixed(format!("speed-up over {first}"), 3),
-        Column::fixed(format!("energy gain over {first}"), 3),
     ];
+    columns.extend(has_gain.then(|| Column::fixed(format!("energy gain over {first}"), 3)));
+    let width = columns.len();
+    let cut = move |mut row: Vec<Cell>| {
+        row.truncate(width);
+        row
+    };
     let row = |t: usize, m: usize| -> Vec<Cell> {
         let machine = &all.machines[m];
         let speed = machine.speeds[t];
@@ -95,9 +103,8 @@ pub fn table(all: &SpeedUp) -> Table {
             all.mean(Gain::Energy, m).into(),
         ]
     };
-    let machines = all.machines.len();
     let of_traces = (0..all.traces.len()).flat_map(|t| (0..machines).map(move |m| row(t, m)));
-    Table::new(columns).rows(of_traces.chain((0..machines).map(mean)))
+    Table::new(columns).rows(of_traces.chain((0..machines).map(mean)).map(cut))
 }
 
 /// `speedup.csv`: the table with exact numbers.

@@ -53,13 +53,14 @@ fn items(list: &str) -> Vec<&str> {
         }
         false
     };
-    list.split(&mut is_separator).map(str::trim).collect()
+    list.split(&mut is_separator).map(str::trim).filter(|item| !item.is_empty()).collect()
 }
 
 fn objectives(minimize: &[String], maximize: &[String]) -> Vec<Objective> {
-    let minimize = minimize.iter().flat_map(|list| items(list)).map(Objective::minimize);
-    let maximize = maximize.iter().flat_map(|list| items(list)).map(Objective::maximize);
-    minimize.chain(maximize).collect()
+    // Pieces between commas, some of which are within an expression.
+    let (minimize, maximize) = (minimize.join(","), maximize.join(","));
+    let minimize = items(&minimize).into_iter().map(Objective::minimize);
+    minimize.chain(items(&maximize).into_iter().map(Objective::maximize)).collect()
 }
 
 /// Digits of a hash that name a design at least; fewer are the number of a point.

@@ -1,9 +1,6 @@
 //! What the user sees of a sweep on its way: designs per second, the time left, the best so far.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::cli::progress::Progress;
 use crate::cli::{Context, out};
@@ -12,9 +9,6 @@ use powergs_report::format::significant;
 use powergs_study::sweep::metric;
 use powergs_study::sweep::run::SweepWatch;
 use powergs_study::sweep::{Goal, Objective, Record};
-
-/// Work shorter than this shows no bar.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Ctrl-C and a bar on standard error, for people at a terminal only.
 pub struct Meter<'a> {
@@ -33,8 +27,7 @@ enum Stage {
 
 /// The bar of the work.
 struct Bar {
-    bar: ProgressBar,
-    started: Instant,
+    bar: Progress,
     /// The first objective that is a metric, and its best value so far.
     best: Option<(Objective, Option<f64>)>,
 }
@@ -61,13 +54,9 @@ impl Watch for Meter<'_> {
     }
 
     fn simulated(&self, n: u64) {
-        let stage = self.stage();
-        let Stage::Working(Bar { bar, started, .. }) = &*stage else { return };
-        let wanted = !self.context.global.quiet;
-        if wanted && bar.is_hidden() && started.elapsed() > PATIENCE {
-            bar.set_draw_target(ProgressDrawTarget::stderr());
+        if let Stage::Working(Bar { bar, .. }) = &*self.stage() {
+            bar.advance(n);
         }
-        bar.inc(n);
     }
 }
 
@@ -84,12 +73,12 @@ impl SweepWatch for Meter<'_> {
     }
 
     fn working(&self, machine_frames: u64, objectives: &[Objective]) {
-        *self.stage() = Stage::Working(Bar::new(machine_frames, objectives));
+        *self.stage() = Stage::Working(Bar::new(self.context, machine_frames, objectives));
     }
 
     fn known(&self, machine_frames: u64) {
         if let Stage::Working(Bar { bar, .. }) = &*self.stage() {
-            bar.dec_length(machine_frames);
+            bar.skip(machine_frames);
         }
     }
 
@@ -100,27 +89,25 @@ impl SweepWatch for Meter<'_> {
     }
 
     fn note(&self, text: &str) {
-        out::complain(format_args!("note: {text}"));
+        if !self.context.global.quiet {
+            out::complain(format_args!("note: {text}"));
+        }
     }
 }
 
 impl Bar {
-    fn new(machine_frames: u64, objectives: &[Objective]) -> Bar {
-        let bar = ProgressBar::with_draw_target(Some(machine_frames), ProgressDrawTarget::hidden());
-        let template = "{bar:16} {pos}/{len} machine-frames, {per_sec}, {eta} left{msg}";
-        bar.set_style(
-            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+    fn new(context: &Context, machine_frames: u64, objectives: &[Objective]) -> Bar {
+        let bar = Progress::new(context, machine_frames, "machine-frames");
         let metric = |o: &&Objective| metric::metrics().iter().any(|m| m.name == o.name);
         let best = objectives.iter().find(metric).map(|o| (o.clone(), None));
-        Bar { bar, started: Instant::now(), best }
+        Bar { bar, best }
     }
 
     fn result(&mut self, record: &Record) {
         let (Some((objective, best)), Record::Ok(outcome)) = (&mut self.best, record) else {
             return;
         };
-        if self.bar.is_hidden() {
+        if !self.bar.is_shown() {
             return;
         }
         let values = metric::values(&[(1.0, outcome)]);
@@ -132,13 +119,7 @@ impl Bar {
         };
         if best.is_none_or(better) {
             *best = Some(value);
-            self.bar.set_message(format!(", best {} {}", objective.name, significant(value)));
+            self.bar.say(format!(", best {} {}", objective.name, significant(value)));
         }
-    }
-}
-
-impl Drop for Bar {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
     }
 }

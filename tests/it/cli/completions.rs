@@ -82,7 +82,7 @@ fn bash_completes_at_every_level() {
         ("powergs-sim arch check sram", &["sram-bandwidth"]),
         ("powergs-sim dram --device hbm", &["hbm2-8ch"]),
         ("powergs-sim dram --set controller.read-q", &["controller.read-queue="]),
-        ("powergs-sim sweep node-e", &["node-energy"]),
+        ("powergs-sim sweep node", &["node-choice", "node-energy"]),
         ("powergs-sim sweep stat", &["status"]),
         ("powergs-sim synth leg", &["lego"]),
         (

@@ -212,3 +212,12 @@ fn wrong_keys_and_steps_are_refused() {
     check(&morris("vru.cores=4"), "nothing acts together");
     check(&["--interactions", "sobol", "--samples", "1000000", "--keys", "clock"], "more than");
 }
+
+#[test]
+fn geometries_that_do_not_fit_together_are_taken_one_after_the_other() {
+    let keys = ["--keys", "geometry.tile,geometry.subtile,clock"];
+    let all = json("gscore", &keys);
+    // Room for one geometry of the frame, not for five.
+    let small = json("gscore", &[&keys[..], &["--memory", "6 MiB"]].concat());
+    assert_eq!(rows(&all, "keys"), rows(&small, "keys"));
+}

@@ -41,7 +41,11 @@ fn every_example_answers_its_question() {
     let where_ = "frame_time_ms.p99 <= 16.67 && area_mm2.core <= 4";
     let objectives = ["--minimize", "power_w.mean,area_mm2", "--maximize", "fps.mean"];
     let pareto = ["pareto", "gscore-units", "--where", where_];
-    bench.program(&pareto).args(objectives).assert().success().stdout(contains("knee"));
+    bench.program(&pareto).args(objectives).assert().success().stdout(contains("on the front"));
+    let priced = "power_w.mean,area_mm2 * if(vru.cores > 2, 2, 1)";
+    let pareto = ["pareto", "gscore-units", "--minimize", priced, "--maximize", "fps.mean"];
+    let said = contains("minimize area_mm2 * if(vru.cores > 2, 2, 1), maximize\n");
+    bench.program(&pareto).assert().success().stdout(said);
 }
 
 #[test]

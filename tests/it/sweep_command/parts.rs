@@ -69,7 +69,7 @@ fn a_store_of_another_version_is_kept_and_not_used() {
     fs::create_dir_all(bench.path("store/model-0.1")).unwrap();
     fs::write(bench.path("store/model-0.1/old.jsonl"), "old").unwrap();
     bench
-        .sweep(&["--out", "one", "--store", "store", "-q"])
+        .sweep(&["--out", "one", "--store", "store"])
         .assert()
         .success()
         .stderr(contains("written by other versions (model-0.1)"));

@@ -76,7 +76,7 @@ pub const DRAM: &[Embedded] = embedded!("dram":
 
 /// Sweeps.
 pub const SWEEPS: &[Embedded] =
-    embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-energy", "node-choice");
+    embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-choice", "node-energy");
 
 /// Presets of synthetic scenes, in the order of `synth --list`.
 pub const SYNTH: &[Embedded] = embedded!("synth":

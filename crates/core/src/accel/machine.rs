@@ -82,7 +82,7 @@ pub struct Machine {
 const REMEDY_ROUNDS: usize = 8;
 
 /// The changes that end `problems` of a machine with `sets`, and all that they bring up themselves;
-/// empty where nobody asked for a change, a remedy is not plain, or it would undo what was asked for.
+/// empty where nobody asked for a change, a remedy is not plain, or it would undo what was asked.
 fn together(text: &str, sets: &[String], problems: &[check::Contradiction]) -> Vec<String> {
     let key_of = |set: &str| set.split('=').next().unwrap_or_default().trim().to_owned();
     let mut fixed: HashSet<String> = sets.iter().map(|set| key_of(set)).collect();

@@ -115,6 +115,9 @@ pub struct Folded<S> {
     pub is_complete: bool,
 }
 
+/// Geometries of one part fill so much of the memory on the first frame: others may take more.
+const ROOM_PERCENT: u64 = 70;
+
 /// Frames, and who watches.
 pub struct Session<'a> {
     frames: &'a mut dyn Frames,
@@ -305,13 +308,69 @@ impl<'a> Session<'a> {
         start: impl Fn(usize) -> S,
         step: impl Fn(&mut S, FrameView<'_>) + Sync,
     ) -> Result<Folded<S>, RunError> {
+        let parts = self.parts(subjects)?;
+        let (range, eyes) = (self.frames.range(), self.frames.eyes());
+        self.watch.begins((range.len() * parts.len()) as u64, self.steps(subjects));
+        let mut states: Vec<(usize, S)> = Vec::with_capacity(subjects.len());
+        let mut done = 0;
+        for part in &parts {
+            let some: Vec<Subject> = part.iter().map(|&i| subjects[i].clone()).collect();
+            let of_part: Vec<S> = part.iter().map(|&i| start(i)).collect();
+            let (of_part, frames) = self.fold_part(&some, of_part, &step)?;
+            states.extend(part.iter().copied().zip(of_part));
+            done = frames;
+        }
+        // After a cancellation parts have seen different frames, and nothing can be compared.
+        let is_complete = done == range.len();
+        let done = if is_complete || parts.len() == 1 { done } else { 0 };
+        states.sort_by_key(|(i, _)| *i);
+        let states = states.into_iter().map(|(_, state)| state).collect();
+        Ok(Folded { states, frames: done / eyes, is_complete })
+    }
+
+    /// Subjects whose geometries fit into memory together, by the first frame: frames are read anew
+    /// for each part.
+    fn parts(&mut self, subjects: &[Subject<'_>]) -> Result<Vec<Vec<usize>>, RunError> {
+        let mut geometries: BTreeMap<Geometry, Vec<usize>> = BTreeMap::new();
+        for (i, subject) in subjects.iter().enumerate() {
+            geometries.entry(subject.geometry()).or_default().push(i);
+        }
+        let all = || Ok(vec![(0..subjects.len()).collect()]);
+        let range = self.frames.range();
+        if geometries.len() < 2 || range.is_empty() {
+            return all();
+        }
+        let frame = self.frames.take(range.start)?.get()?;
+        let budget = self.frames.budget();
+        let most = budget.0.0 / 100 * ROOM_PERCENT;
+        let mut parts: Vec<(u64, Vec<usize>)> = Vec::new();
+        for (geometry, subjects) in geometries {
+            // One that does not fit by itself is told with its frame.
+            let Ok(bytes) = demand(&frame, geometry, budget) else { return all() };
+            match parts.last_mut().filter(|(sum, _)| sum + bytes <= most) {
+                Some((sum, part)) => {
+                    *sum += bytes;
+                    part.extend(subjects);
+                }
+                None => parts.push((bytes, subjects)),
+            }
+        }
+        Ok(parts.into_iter().map(|(_, part)| part).collect())
+    }
+
+    /// All frames on subjects that fit into memory together: their states, and how many frames were
+    /// done.
+    fn fold_part<S: Send>(
+        &mut self,
+        subjects: &[Subject<'_>],
+        states: Vec<S>,
+        step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
+    ) -> Result<(Vec<S>, usize), RunError> {
         let mut plan = Plan::new(subjects);
         let eyes = self.frames.eyes();
-        let mut states: Vec<State<S>> = (0..subjects.len())
-            .map(|i| State { of_subject: start(i), periods: Periods::default(), eyes })
-            .collect();
+        let state = |of_subject| State { of_subject, periods: Periods::default(), eyes };
+        let mut states: Vec<State<S>> = states.into_iter().map(state).collect();
         let range = self.frames.range();
-        self.watch.begins(range.len() as u64, self.steps(subjects));
         let threads = rayon::current_num_threads().max(1);
         let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
         let (mut position, mut done, mut together) = (range.start, 0, width);
@@ -325,14 +384,13 @@ impl<'a> Session<'a> {
             let reports = self.simulate(subjects, &plan, &window, &measured)?;
             for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
                 let Some(reports) = reports else { break };
-                plan.step(subjects, frame, &measured, k, reports, &mut states, &step);
+                plan.step(subjects, frame, &measured, k, reports, &mut states, step);
                 done += 1;
                 self.watch.frame_done();
             }
             position = end;
         }
-        let states = states.into_iter().map(|state| state.of_subject).collect();
-        Ok(Folded { states, frames: done / eyes, is_complete: done == range.len() })
+        Ok((states.into_iter().map(|state| state.of_subject).collect(), done))
     }
 
     /// The reports of all frames on each of some systems.

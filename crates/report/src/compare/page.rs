@@ -34,7 +34,8 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     page.page_heading("Units, share of their cycles");
     page.on(Shown::Terminal, Block::Table(stalls(&comparison.sides, LEAST)));
     page.on(Shown::Page, Block::Table(stalls(&comparison.sides, 0.0)));
-    limits_and_notes(&mut page, comparison);
+    limits(&mut page, comparison);
+    notes(&mut page, &comparison.notes);
     page.charts(charts);
     page.page_paragraph(Text::marked(
         "Every statistic of every side: `compare.csv`; what it was made from: `run.toml`.",
@@ -60,6 +61,9 @@ pub fn document_of(
         all[0].sides[0].model
     ));
     page.table(crate::speedup::table(speedup));
+    // What holds on all traces is said once.
+    let is_common = |note: &Note| all.iter().all(|c| c.notes.contains(note));
+    notes(&mut page, all[0].notes.iter().filter(|note| is_common(note)));
     page.charts(charts);
     for (comparison, trace) in all.iter().zip(&speedup.traces) {
         let sides = &comparison.sides;
@@ -69,7 +73,9 @@ pub fn document_of(
         page.table(measures(comparison));
         page.on(Shown::Page, Block::Table(stages(sides)));
         page.on(Shown::Page, Block::Table(stalls(sides, 0.0)));
-        limits_and_notes(&mut page, comparison);
+        limits(&mut page, comparison);
+        let own = comparison.notes.iter().filter(|note| !is_common(note));
+        notes(&mut page, own);
     }
     page.page_paragraph(Text::marked(
         "Every statistic of every side: `compare.csv`; speed-ups: `speedup.csv`; what it was made \
@@ -80,14 +86,18 @@ pub fn document_of(
     page
 }
 
-/// What bounds each side, and what else differs.
-fn limits_and_notes(page: &mut Document, comparison: &Comparison) {
+/// What bounds each side.
+fn limits(page: &mut Document, comparison: &Comparison) {
     let limit = |side: &Side| {
         let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.summary)?);
         Some(Text::strong(side.label.clone()).then(format!(": {sentence}")))
     };
     page.add(Block::List(comparison.sides.iter().filter_map(limit).collect()));
-    for note in &comparison.notes {
+}
+
+/// What else differs.
+fn notes<'a>(page: &mut Document, notes: impl IntoIterator<Item = &'a Note>) {
+    for note in notes {
         page.paragraph(Text::strong("Note:").then(format!(" {}.", self::note(note))));
     }
 }
@@ -126,14 +136,14 @@ pub fn note(note: &Note) -> String {
         Note::FrameCounts(v) => {
             differ("frame counts", v, String::clone, "means are over other frames")
         }
-        Note::Nodes(v, across) => {
+        Note::Nodes { nodes, across } => {
             let so = if *across {
                 "ratios of area, energy and power are those of technologies and machines together"
             } else {
                 "area, energy and power have no ratios; give all sides a table of one node with \
                  --set energy=NAME (`arch list`), or take ratios --across-nodes"
             };
-            differ("technology nodes", v, |nm| format!("{nm} nm"), so)
+            differ("technology nodes", nodes, |nm| format!("{nm} nm"), so)
         }
         Note::Models(v) => differ("models", v, String::clone, "one of them has no time of its own"),
         Note::EnergyTables(v) => {

@@ -77,7 +77,11 @@ fn panel(analysis: &Analysis, rows: &[u32], parts: &[[f64; Component::ALL.len()]
     };
     let name_of = |&row: &u32| {
         let label = analysis.table.label(row);
-        if row == analysis.knee { Words::bold(format!("knee {label}")) } else { label.into() }
+        if row == analysis.knee {
+            Words::bold(format!("{} {label}", words::knee_name(analysis)))
+        } else {
+            label.into()
+        }
     };
     let x = Axis::new(name, Scale::from_zero(largest * factor));
     let facts =

@@ -5,7 +5,7 @@ use super::axis::Axis;
 use super::colour::Key;
 use super::deadline;
 use super::measure::Measure;
-use super::words::{display_rate, prices};
+use super::words::{display_rate, knee_name, prices};
 use crate::format::counted;
 use powergs_chart::{
     Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Rule, Scale, Side, Size,
@@ -171,7 +171,7 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
     }
     let label = |row: u32| Words::bold(analysis.table.label(row));
     panel = panel.label(
-        Words::bold(format!("knee {}", analysis.table.label(analysis.knee))),
+        Words::bold(format!("{} {}", knee_name(analysis), analysis.table.label(analysis.knee))),
         knee,
         Side::Free,
     );
@@ -196,7 +196,7 @@ fn entries(plane: &Plane) -> Vec<Entry> {
     let analysis = plane.analysis;
     let mut entries = vec![
         Entry::new("on the Pareto front", Symbol::Ring(Colour::INK, Colour::PALE)),
-        Entry::new("knee", Symbol::Ring(Colour::VERMILION, Colour::PALE)),
+        Entry::new(knee_name(analysis), Symbol::Ring(Colour::VERMILION, Colour::PALE)),
     ];
     if let Some(named) = &analysis.named {
         entries.push(Entry::new(analysis.table.label(named.row), Symbol::Square(Colour::INK)));
@@ -204,7 +204,7 @@ fn entries(plane: &Plane) -> Vec<Entry> {
     let pale = match (analysis.unmet.is_empty(), analysis.behind.is_empty()) {
         (true, true) => None,
         (false, true) => Some("condition not met".to_owned()),
-        (true, false) => Some(format!("misses {}", display_rate(analysis))),
+        (true, false) => Some(format!("misses {} in some frame", display_rate(analysis))),
         (false, false) => Some(format!("condition or {} not met", display_rate(analysis))),
     };
     entries.extend(pale.map(|text| Entry::new(text, Symbol::Dot(Colour::PALE))));

@@ -140,8 +140,9 @@ fn listed(analysis: &Analysis, shown: usize) -> String {
         1 => "The front is one design:".to_owned(),
         n if n == shown => format!("All {n} designs of the front, {sorted}:"),
         n => format!(
-            "{shown} of the {n} designs of the front, evenly spread with the knee, {sorted} (all: \
-             pareto.csv):"
+            "{shown} of the {n} designs of the front, evenly spread with the {}, {sorted} (all: \
+             pareto.csv):",
+            words::knee_name(analysis)
         ),
     }
 }
@@ -206,8 +207,11 @@ fn front(analysis: &Analysis, rows: &[u32], on: Shown) -> (Table, String) {
 }
 
 fn design(analysis: &Analysis, row: u32) -> Cell {
-    let knee = if row == analysis.knee { " knee" } else { "" };
-    format!("{}{knee}", analysis.table.label(row)).into()
+    let label = analysis.table.label(row);
+    match row == analysis.knee {
+        true => format!("{label} {}", words::knee_name(analysis)).into(),
+        false => label.into(),
+    }
 }
 
 /// The columns of numbers of the front: the objectives, then what the condition is about.

@@ -273,13 +273,28 @@ pub fn funnel(analysis: &Analysis) -> String {
     text + "."
 }
 
+/// Whether the knee is the best of the front in objective `j`.
+fn is_best(analysis: &Analysis, j: usize) -> bool {
+    analysis.alike(j, analysis.ends[j], analysis.knee)
+}
+
+/// What the design with the smallest merit is called: an end of the front is no knee.
+pub fn knee_name(analysis: &Analysis) -> &'static str {
+    let is_end = (0..analysis.ends.len()).any(|j| is_best(analysis, j));
+    if is_end && analysis.front.len() > 1 { "best balance" } else { "knee" }
+}
+
 /// The knee with the reason for it.
 pub fn knee(analysis: &Analysis) -> Vec<String> {
     let table = analysis.table;
     let knee = analysis.knee;
     let label = table.label(knee);
     let settings = settings(analysis, knee);
-    let mut all = vec![format!("Knee: {label} ({settings}): {}.", values(analysis, knee))];
+    let mut all = vec![format!(
+        "{}: {label} ({settings}): {}.",
+        capital(knee_name(analysis)),
+        values(analysis, knee)
+    )];
     let objectives = &analysis.question.objectives;
     let twins = twins(analysis, knee, TWINS);
     if !twins.is_empty() {
@@ -290,7 +305,7 @@ pub fn knee(analysis: &Analysis) -> Vec<String> {
         return all;
     }
     let name = |j: usize| Measure::of(&objectives[j].name).words;
-    let is_best = |j: &usize| analysis.alike(*j, analysis.ends[*j], knee);
+    let is_best = |j: &usize| is_best(analysis, *j);
     let best: Vec<String> = (0..objectives.len()).filter(is_best).map(name).collect();
     if !best.is_empty() {
         let what = listed(&best);

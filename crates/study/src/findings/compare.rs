@@ -197,9 +197,13 @@ pub enum Note {
     Traces(Vec<(String, String)>),
     /// Numbers of frames.
     FrameCounts(Vec<String>),
-    /// Technology nodes, nanometres, where all are known, and whether ratios across them were asked
-    /// for.
-    Nodes(Vec<f64>, bool),
+    /// Technology nodes, where all are known.
+    Nodes {
+        /// Nanometres.
+        nodes: Vec<f64>,
+        /// Whether ratios across them were asked for.
+        across: bool,
+    },
     /// `cycle` or `paper`.
     Models(Vec<String>),
     /// Names of the energy tables.
@@ -325,7 +329,7 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
     ];
     let nodes: Option<Vec<f64>> = sides.iter().map(|s| s.node_nm).collect();
     match nodes.filter(|nodes| nodes.iter().any(|node| *node != nodes[0])) {
-        Some(nodes) => notes.push(Some(Note::Nodes(nodes, across_nodes))),
+        Some(nodes) => notes.push(Some(Note::Nodes { nodes, across: across_nodes })),
         None => notes.push(differing(sides, |s| s.energy_table.clone(), Note::EnergyTables)),
     }
     if sides.iter().all(|s| s.energy_table == sides[0].energy_table) {

@@ -4,6 +4,7 @@ use super::{Lane, chart_of};
 use crate::format::{rate, shortened};
 use crate::sweep::axis::Axis;
 use crate::sweep::deadline;
+use crate::sweep::words::knee_name;
 use powergs_chart::{Chart, Colour, Entry, Line, Panel, Place, Points, Rule, Size, Symbol, Words};
 use powergs_study::analysis::Analysis;
 
@@ -13,7 +14,7 @@ const MOST: usize = 3;
 
 pub(super) fn chart(analysis: &Analysis, lane: &Lane) -> Chart {
     let n = analysis.question.objectives.len().min(MOST);
-    let mut entries = vec![Entry::new("knee", Symbol::Dot(Colour::VERMILION))];
+    let mut entries = vec![Entry::new(knee_name(analysis), Symbol::Dot(Colour::VERMILION))];
     entries.extend(analysis.question.display_fps.map(|fps| {
         let name = format!("display rate, {} FPS", rate(fps));
         Entry::new(name, Symbol::Dashed(deadline::COLOUR))

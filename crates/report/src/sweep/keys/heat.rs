@@ -3,6 +3,7 @@
 use super::{Lane, chart_of};
 use crate::format::shortened;
 use crate::sweep::measure::Measure;
+use crate::sweep::words::knee_name;
 use powergs_chart::{Axis, Cell, Chart, Colour, Entry, Mark, Panel, Symbol, Words, ends};
 use powergs_study::analysis::Analysis;
 
@@ -17,7 +18,7 @@ pub(super) fn chart(analysis: &Analysis, x: &Lane, y: &Lane) -> Chart {
     let n = analysis.question.objectives.len().min(MOST);
     let chart = chart_of(analysis, TITLE).columns(n).legend([
         Entry::new("on the Pareto front", Symbol::Dot(FRONT)),
-        Entry::new("knee", Symbol::Dot(KNEE)),
+        Entry::new(knee_name(analysis), Symbol::Dot(KNEE)),
     ]);
     (0..n).fold(chart, |chart, j| {
         let mut panel = panel(analysis, x, y, j);

@@ -1,9 +1,10 @@
 //! More axes: parallel coordinates, a line per design through its settings to its objectives.
 
 use super::{Lane, chart_of};
-use crate::format::{rounded, shortened};
+use crate::format::{rounded, shortened_inside};
 use crate::sweep::axis::Axis;
 use crate::sweep::colour::Key;
+use crate::sweep::words::knee_name;
 use powergs_chart::{
     Chart, Colour, Entry, Gauge, Line, Mark, Panel, Place, Scale, Symbol, Weight, Words, tick_label,
 };
@@ -30,7 +31,7 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Chart {
         .collect();
     let key = Key::named(analysis, &objectives[0].name, &analysis.front);
     let first = axes.first().map_or("", |a| &a.axis.title);
-    let knee = format!("knee {}", analysis.table.label(analysis.knee));
+    let knee = format!("{} {}", knee_name(analysis), analysis.table.label(analysis.knee));
     let chart = chart_of(analysis, TITLE)
         .legend([
             Entry::new(knee, Symbol::Line(Colour::VERMILION)),
@@ -86,7 +87,7 @@ fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &Key) -> Panel
         let every = lane.order.len().div_ceil(NAMED).max(1);
         let mut labels = Vec::new();
         for place in (0..lane.order.len()).step_by(every) {
-            labels.push((height(lane, place), shortened(&rounded(lane.word(place)), 12)));
+            labels.push((height(lane, place), shortened_inside(&rounded(lane.word(place)), 12)));
         }
         panel = panel.mark(Mark::Gauge(Gauge { at: i as f64 + 0.5, labels }));
     }
