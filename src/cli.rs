@@ -32,6 +32,7 @@ pub mod out;
 mod output_file;
 mod pareto;
 mod picture_file;
+mod power_views;
 mod progress;
 mod quality;
 mod references;

@@ -191,6 +191,22 @@ impl CameraArgs {
         Ok(Views { cameras, format, lenses, warnings, notes })
     }
 
+    /// `views` of these flags as their camera file shows them, at its size; `None` where no file
+    /// says one.
+    pub fn whole(&self, model: Option<&Path>, views: &[Camera]) -> Option<Vec<Camera>> {
+        if self.orbit.is_some() {
+            return None;
+        }
+        if self.size.is_none() {
+            return Some(views.to_vec());
+        }
+        // A file that says no size is read with one only.
+        let path = self.cameras.as_ref()?;
+        let cameras = open_cameras(path, None, model).ok()?.cameras;
+        let selection = ViewSelection { size: None, ..self.selection() };
+        Some(selection.of(cameras).ok()?.0)
+    }
+
     fn selection(&self) -> ViewSelection {
         ViewSelection {
             split: self.split.map(SplitArg::split),

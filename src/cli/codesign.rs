@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
+use super::power_views::PowerViewArgs;
 use super::shard_arg::ShardArg;
 use super::slurm::Asked;
 use super::{Context, Exit, Failure, out};
@@ -99,6 +100,9 @@ pub struct Args {
     /// Which views there are.
     #[command(flatten)]
     pub views: ViewArgs,
+    /// Where power is counted.
+    #[command(flatten, next_help_heading = "Power")]
+    pub power: PowerViewArgs,
     /// How good models must be.
     #[command(flatten)]
     pub quality: QualityArgs,

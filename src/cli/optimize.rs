@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
+use super::power_views::PowerViewArgs;
 use super::{Context, Exit, Failure, gaze, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
@@ -307,17 +308,9 @@ pub struct PowerArgs {
     /// [default: 60]
     #[arg(long, value_name = "RATE", value_parser = super::replay::display_rate)]
     pub fps: Option<f64>,
-    /// Image size that power is counted at, pixels: that of the screen; another aspect keeps the
-    /// vertical field of view [default: that of the cameras, whatever --size says]
-    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
-    pub power_size: Option<(u32, u32)>,
-    /// Camera file of the views that power is counted in [default: those of --cameras]
-    #[arg(hide_short_help = true, long, value_name = "PATH")]
-    pub power_cameras: Option<PathBuf>,
-    /// Count power in pairs of these views, this far apart (world units): both eyes in each period
-    /// of the display, and two panels
-    #[arg(hide_short_help = true, long, value_name = "EYE_DISTANCE")]
-    pub power_stereo: Option<f64>,
+    /// Where it is counted.
+    #[command(flatten)]
+    pub shown: PowerViewArgs,
     /// Views that power is a mean over: all, test, or so many, evenly spaced [default: all; at most
     /// 16 where they are larger than --size]
     #[arg(hide_short_help = true, long, value_name = "all|test|N", value_parser = power_views)]

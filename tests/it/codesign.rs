@@ -251,3 +251,30 @@ fn bad_input_is_refused_with_what_to_do() {
     fs::remove_file(at.join("space.toml")).unwrap();
     fails(at, &["--resume"], Exit::Usage, "space.toml");
 }
+
+#[test]
+fn a_pair_of_eyes_takes_both_displays_and_one_deadline() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), SPACE, 12);
+    let path = folder.path().join("run");
+    let display_mw = |line: &str| -> f64 {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        cells[5].parse().unwrap_or_else(|_| panic!("{line}"))
+    };
+    let dense = |summary: &str| {
+        let row = summary.lines().find(|line| line.contains("| (a) |"));
+        display_mw(row.expect("the dense model"))
+    };
+    let summary = || fs::read_to_string(path.join("summary.md")).unwrap();
+    let shown = ["--power-size", "80x60", "--rounds", "0"];
+    assert_eq!(run(folder.path(), &shown).unwrap(), Exit::Done);
+    let alone = summary();
+    assert!(alone.contains("over 4 views of 80x60"), "{alone}");
+    let pairs = [&shown[..], &["--power-stereo", "0.01", "--force"]].concat();
+    assert_eq!(run(folder.path(), &pairs).unwrap(), Exit::Done);
+    let both = summary();
+    assert!(both.contains("over 4 other pairs of 2 x 80x60"), "{both}");
+    // Eyes so near to each other see the same.
+    let ratio = dense(&both) / dense(&alone);
+    assert!((ratio - 2.0).abs() < 0.02, "{ratio}");
+}

@@ -199,7 +199,9 @@ impl Pricer<'_> {
     /// The views of a model in two halves, which weigh as many views as they have.
     fn traces(&self, scene: &Arc<Gaussians>) -> Result<Vec<SweepTrace<'static>>, RunError> {
         let views = &self.campaign.power_views;
-        let (first, second) = views.split_at(views.len().div_ceil(2));
+        // Never between the eyes of a pair.
+        let eyes = powergs_core::run::frames::eyes(views);
+        let (first, second) = views.split_at((views.len() / eyes).div_ceil(2) * eyes);
         let halves = HALVES.into_iter().zip([first, second]);
         let trace = |(label, views): (&str, &[Camera])| {
             let frames = RenderedViews::new(label, Arc::clone(scene), views.to_vec());

@@ -10,6 +10,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::pictures::BeforeAfter;
 use powergs_optimize::target::Target;
+use powergs_optimize::views::Priced;
 use powergs_scene::Gaussians;
 use powergs_study::sweep::file::Method;
 use powergs_study::sweep::run::{Designs, Shard};
@@ -82,6 +83,8 @@ pub struct About {
     pub fps: f64,
     /// Views, those that decide about quality, and those that are only reported.
     pub views: [usize; 3],
+    /// Where watts are counted.
+    pub priced: Priced,
     /// Most iterations of a fine-tune.
     pub iterations: u32,
     /// Whether the winners were simulated once more with the banked model of the DRAM.
@@ -555,6 +558,7 @@ impl Codesign {
             display: campaign.display.name.clone(),
             fps: self.machines.fps(),
             views: [campaign.cameras.len(), campaign.gate_views(), campaign.split.test.len()],
+            priced: campaign.priced.clone(),
             iterations: self.iterations,
             is_confirmed: self.machines.has_banks(),
         }

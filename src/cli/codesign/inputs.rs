@@ -73,9 +73,9 @@ pub fn codesign(
     let display =
         display.ok_or_else(|| Failure::new(Exit::Internal, "a system without display"))?;
     let (name, dense) = dense(args, context)?;
-    let cameras = views(args, context, &dense)?;
+    let seen = views(args, context, &dense)?;
     let campaign = Campaign::open(
-        request(args, space, context, (name, dense, cameras), (&machines, display))?,
+        request(args, space, context, (name, dense, seen), (&machines, display))?,
         watched,
     )?;
     let mut codesign = Codesign::open(campaign, space.file.clone(), &space.text, &space.origin)?;
@@ -89,7 +89,7 @@ fn request(
     args: &Args,
     space: &Space,
     context: &Context,
-    (name, dense, cameras): (String, Gaussians, Vec<Camera>),
+    (name, dense, (cameras, whole)): (String, Gaussians, Seen),
     (machines, display): (&Machines, Display),
 ) -> Result<Request, Failure> {
     let default = if args.demo { demo::ITERATIONS } else { Settings::DEFAULT.iterations };
@@ -102,11 +102,15 @@ fn request(
         checkpoint_every: args.search.checkpoint_every,
         ..Settings::DEFAULT
     };
+    let model = (args.model.as_deref(), false);
+    let (power_cameras, full_size) = args.power.cameras(model, context, &cameras, whole)?;
     let (system, fps) = (machines.base.clone(), machines.fps());
     let oracle = CycleOracle { system, fps, memory: context.global.memory };
     Ok(Request {
         references: ReferenceImages::OwnRenders(Box::new(FileReferences::new()?)),
         background: args.views.background.0,
+        power_cameras,
+        full_size,
         least_gate: 0,
         validation_every: args.views.validation.map_or(0, |k| k.get()),
         goals: Goals { goal: Some(goal(args, space)), ..Goals::default() },
@@ -136,9 +140,13 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
     scene_file::trained(path, args.detail, context)
 }
 
-fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera>, Failure> {
+/// The views as models are compared in them, and the same at the size that the camera file says;
+/// `None` where none does.
+type Seen = (Vec<Camera>, Option<Vec<Camera>>);
+
+fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Failure> {
     if args.demo {
-        return demo::views(args.views.size);
+        return Ok((demo::views(args.views.size)?, None));
     }
     let source = CameraArgs {
         cameras: args.views.cameras.clone(),
@@ -159,7 +167,8 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera
     let views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
     views.warn(context);
     sight::check(dense, &views.cameras, context);
-    Ok(views.cameras)
+    let whole = source.whole(args.model.as_deref(), &views.cameras);
+    Ok((views.cameras, whole))
 }
 
 /// Where the run is.

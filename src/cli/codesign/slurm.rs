@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 
+use super::super::power_views::PowerViewArgs;
 use super::super::slurm::{Parts, flag};
 use super::super::{Exit, Failure};
 use super::folder::Existing;
@@ -22,12 +23,13 @@ impl Parts for CodesignParts<'_> {
     const COMMAND: &'static str = "codesign";
 
     fn arguments(&self) -> Vec<OsString> {
-        let Args { model, demo, detail, space, views, quality, search, .. } = self.args;
+        let Args { model, demo, detail, space, views, power, quality, search, .. } = self.args;
         let mut words: Vec<OsString> = model.iter().map(OsString::from).collect();
         words.extend(demo.then(|| "--demo".into()));
         words.extend(detail.map(|n| flag("detail", n.to_string())));
         words.extend(space.as_ref().map(|path| flag("space", path)));
         words.extend(of_views(views));
+        words.extend(of_power(power));
         words.extend(of_quality(quality));
         words.extend(of_search(search));
         words.push(flag("memory", self.run.context.global.memory.to_string()));
@@ -50,6 +52,16 @@ impl Parts for CodesignParts<'_> {
     fn end(self, _: &Path) -> Result<Exit, Failure> {
         self.run.whole(Existing::Resume)
     }
+}
+
+fn of_power(power: &PowerViewArgs) -> Vec<OsString> {
+    let PowerViewArgs { power_size, power_cameras, power_stereo } = power;
+    let words = [
+        power_size.map(|(width, height)| flag("power-size", format!("{width}x{height}"))),
+        power_cameras.as_ref().map(|path| flag("power-cameras", path)),
+        power_stereo.map(|distance| flag("power-stereo", distance.to_string())),
+    ];
+    words.into_iter().flatten().collect()
 }
 
 fn of_views(views: &ViewArgs) -> Vec<OsString> {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::camera_file::{CameraArgs, Views};
 use super::super::inputs;
+use super::super::power_views::fits_memory;
 use super::super::progress::Progress;
 use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
@@ -17,12 +18,10 @@ use powergs_optimize::references::{ReferenceImages, ReferenceSink};
 use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Foveation, Goals, Request};
 use powergs_optimize::settings::Settings;
-use powergs_optimize::views::{PowerCameras, PowerViews};
-use powergs_scene::camera::edit::resized;
+use powergs_optimize::views::PowerViews;
 use powergs_scene::camera::lens::without_lens;
 use powergs_scene::camera::orbit::SceneBounds;
-use powergs_scene::camera::views::ViewSelection;
-use powergs_scene::files::{open_cameras, open_model};
+use powergs_scene::files::open_model;
 use powergs_scene::{Camera, Gaussians};
 
 /// The machine, the panel and the display rate where none is given.
@@ -46,7 +45,12 @@ pub fn request(
     let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
     let Seen { cameras, photos, whole } = views(args, context, &dense)?;
-    let (power_cameras, full_size) = power_cameras(args, context, &cameras, whole)?;
+    let (power_cameras, full_size) = args.power.shown.cameras(
+        (args.model.as_deref(), args.fovea.foveated),
+        context,
+        &cameras,
+        whole,
+    )?;
     let background = args.views.background.0;
     let mut images = FileReferences::new()?;
     let references = if photos.is_empty() {
@@ -114,9 +118,6 @@ fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>,
     Ok(externals)
 }
 
-/// Memory for a pixel of a view in training, bytes, about.
-const PIXEL: u64 = 64;
-
 /// A photo and its file.
 type PhotoFile = (PathBuf, Photo);
 
@@ -182,82 +183,12 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
         }
         None => {
             views.warn(context);
-            let sized = CameraArgs { size: None, ..source };
-            let whole = match (args.views.orbit, args.size) {
-                (Some(_), _) => None,
-                (None, None) => Some(views.cameras.clone()),
-                // A file that says no size is read with one only.
-                (None, Some(_)) => sized
-                    .cameras(args.model.as_deref(), || SceneBounds::of(dense))
-                    .ok()
-                    .map(|views| views.cameras),
-            };
+            let whole = source.whole(args.model.as_deref(), &views.cameras);
             Seen { cameras: views.cameras, photos: Vec::new(), whole }
         }
     };
     fits_memory(&seen.cameras, context)?;
     Ok(seen)
-}
-
-fn fits_memory(cameras: &[Camera], context: &Context) -> Result<(), Failure> {
-    for Camera { name, width, height, .. } in cameras {
-        let bytes = u64::from(*width) * u64::from(*height) * PIXEL;
-        context.global.memory.check(bytes).map_err(|over| {
-            let what = format!("view {name}: a frame of {width}x{height} pixels {over}");
-            Failure::new(Exit::Usage, what)
-        })?;
-    }
-    Ok(())
-}
-
-/// The cameras that power is counted with, and the largest size that the camera file says.
-/// `views`: as models are compared in them; `whole`: the same at the size of their file.
-fn power_cameras(
-    args: &Args,
-    context: &Context,
-    views: &[Camera],
-    whole: Option<Vec<Camera>>,
-) -> Result<(PowerCameras, Option<[u32; 2]>), Failure> {
-    let size = |c: &Camera| [c.width, c.height];
-    let largest = whole.iter().flatten().max_by_key(|c| u64::from(c.width) * u64::from(c.height));
-    let full_size = largest.map(size);
-    let wanted = args.power.power_size;
-    let sized = |cameras: Vec<Camera>| match wanted {
-        Some((w, h)) => cameras.iter().map(|c| resized(c, w, h)).collect(),
-        None => cameras,
-    };
-    let cameras = match &args.power.power_cameras {
-        Some(file) => {
-            let file = open_cameras(file, wanted, args.model.as_deref())?;
-            for warning in file.warnings.iter().filter(|_| !context.global.quiet) {
-                out::complain(format!("warning: {warning}"));
-            }
-            PowerCameras::Others(sized(file.cameras))
-        }
-        // Levels of the periphery are for the size that they are trained at.
-        None if args.fovea.foveated && wanted.is_none() => PowerCameras::Same,
-        None => {
-            let shown = sized(whole.unwrap_or_else(|| views.to_vec()));
-            let is_same = shown.iter().map(size).eq(views.iter().map(size));
-            if is_same { PowerCameras::Same } else { PowerCameras::Shown(shown) }
-        }
-    };
-    let cameras = match (args.power.power_stereo, cameras) {
-        (None, cameras) => cameras,
-        (Some(distance), cameras) => {
-            let single = match cameras {
-                PowerCameras::Same => views.to_vec(),
-                PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) => cameras,
-            };
-            let pairs = ViewSelection { stereo: Some(distance), ..ViewSelection::default() };
-            let usage = |e| Failure::new(Exit::Usage, format!("--power-{e}"));
-            PowerCameras::Others(pairs.of(single).map_err(usage)?.0)
-        }
-    };
-    if let PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) = &cameras {
-        fits_memory(cameras, context)?;
-    }
-    Ok((cameras, full_size))
 }
 
 /// The views as their photos show them.

@@ -1,6 +1,7 @@
 //! `optimize --reprice RUN`: the models of a finished run on another machine, panel or display
 //! rate. What the run was made from is what was typed then.
 
+use super::super::power_views::PowerViewArgs;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -123,7 +124,7 @@ fn root(args: &mut Args, folder: &Path) {
     }
     // Names of machines, tables and panels are no files.
     let power = &mut args.power;
-    if let Some(path) = &mut power.power_cameras {
+    if let Some(path) = &mut power.shown.power_cameras {
         *path = folder.join(&*path);
     }
     let names = [&mut power.arch, &mut power.energy, &mut power.display];
@@ -156,9 +157,15 @@ fn merged(then: &PowerArgs, now: &PowerArgs, size: Option<(u32, u32)>) -> PowerA
         display_ratio: now.display_ratio.or(then.display_ratio),
         fps: now.fps.or(then.fps),
         // Models have the size that they were trained at; what is new is that of the price.
-        power_size: now.power_size.or(size).or(then.power_size),
-        power_cameras: now.power_cameras.clone().or_else(|| then.power_cameras.clone()),
-        power_stereo: now.power_stereo.or(then.power_stereo),
+        shown: PowerViewArgs {
+            power_size: now.shown.power_size.or(size).or(then.shown.power_size),
+            power_cameras: now
+                .shown
+                .power_cameras
+                .clone()
+                .or_else(|| then.shown.power_cameras.clone()),
+            power_stereo: now.shown.power_stereo.or(then.shown.power_stereo),
+        },
         power_views: views.0,
         path_frames: views.1,
     }

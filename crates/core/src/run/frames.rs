@@ -78,12 +78,15 @@ pub trait Frames {
     fn identity(&mut self) -> Result<Input, RunError> {
         let mut contents = Contents::default();
         let name = self.name().to_owned();
-        for position in self.range() {
-            let frame = self.take(position)?.get()?;
-            let points = frame.facts.points;
+        let eyes = self.eyes();
+        // A trace each, of the two views where views are pairs.
+        for first in self.range().step_by(eyes) {
+            let views = (first..first + eyes).map(|position| self.take(position)?.get());
+            let views = views.collect::<Result<Vec<Arc<Frame>>, RunError>>()?;
+            let points = views[0].facts.points;
             let header = TraceHeader { generator: String::new(), scene: name.clone(), points };
             let written = Writer::new(&mut contents, &header).and_then(|mut writer| {
-                writer.write_frame(&frame)?;
+                views.iter().try_for_each(|frame| writer.write_frame(frame).map(drop))?;
                 writer.finish()
             });
             written.map_err(|e| RunError::input(&name, e))?;

@@ -141,10 +141,10 @@ fn how(finished: &Finished) -> String {
         false => "The base machine has no banks of DRAM to confirm with.",
     };
     format!(
-        "Watts are those of display, rendering and standby at {} Hz, means over {}, under the \
+        "Watts are those of display, rendering and standby at {} Hz over {}, under the \
          energy table {}. A pair keeps {:.4} mm² and {} ms for its slowest frame. {confirmed}",
         about.fps,
-        counted(about.views[0], "view"),
+        about.priced,
         finished.tables[0],
         budget.area_mm2,
         significant(budget.frame_ms),
