@@ -234,6 +234,14 @@ fn tables(space: &Space, found: &mut Found<'_>) {
             .collect();
         let is_twin = |i: &usize| designs.iter().all(|d| d.prices[*i].prices == d.prices[j].prices);
         let label = &energy.label;
+        let refused = |design: &Design| design.prices[j].prices.as_ref().err().cloned();
+        if let Some(Some(message)) = designs.first().map(refused)
+            && designs.iter().all(|design| refused(design).is_some())
+        {
+            let message = format!("the table `{label}` prices no design, e.g.: {message}");
+            found.wrong(&format!("energy.{j}"), message);
+            continue;
+        }
         if let Some(i) = (0..j).find(is_twin) {
             let (other, why) = (&space.energy[i].label, why(&dead));
             let message = format!(
