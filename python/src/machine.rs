@@ -355,8 +355,7 @@ impl Files for Pickled {
     ) -> Result<ConfigText, RunError> {
         match self.0.get(kind.role()) {
             Some((origin, folder, text, _)) => {
-                let (origin, folder) = (origin.clone(), folder.clone());
-                Ok(ConfigText { origin, folder, text: text.clone() })
+                Ok(ConfigText::new(origin.clone(), folder.clone(), text.clone()))
             }
             None => DiskFiles.read(kind, name, folder),
         }

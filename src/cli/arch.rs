@@ -6,9 +6,11 @@ use serde_json::Value;
 use super::failure::ConfigUsage;
 use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
-use powergs_base::config::{ConfigError, Embedded, schema_of};
+use powergs_base::config::{ConfigError, Embedded, layer, schema_of};
 use powergs_core::accel::Machine;
-use powergs_core::run::files::read;
+use powergs_core::run::ConfigText;
+use powergs_core::run::RunError;
+use powergs_core::run::files::{is_yaml, raw, read};
 use powergs_dram::Device;
 use powergs_energy::EnergyTable;
 use powergs_frame::display::Display;
@@ -56,7 +58,7 @@ pub enum Verb {
         /// Change a key; may be repeated
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
-        /// Every key in the order of the documentation, without comments
+        /// Every key, also those that its base has, with the comments of the files
         #[arg(long)]
         resolved: bool,
         /// Area and peak power of its blocks instead of the file
@@ -213,17 +215,40 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
     Ok(Row { kind, name: file.name, node, description })
 }
 
-fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Result<Exit, Failure> {
-    let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
-    let file = read("configuration file", arch, &all, None)?;
-    if !resolved && sets.is_empty() && !context.global.json {
-        return out::text(&for_a_copy(&file.text)).map(|()| Exit::Done);
+/// A file by name or path, with all of its base, and what it is.
+///
+/// # Errors
+/// As [`read`].
+fn open(name: &str) -> Result<(ConfigText, Kind), RunError> {
+    let all = |kinds: &[Kind]| -> Vec<Embedded> {
+        kinds.iter().flat_map(|kind| kind.files()).copied().collect()
+    };
+    let file = raw("configuration file", name, &all(&Kind::ALL), None)?;
+    if is_yaml(&file.origin) {
+        return Ok((file, Kind::Energy));
     }
+    // The base of a sweep is a machine.
     if kind_of(&file.text) == Kind::Sweep {
+        return Ok((file, Kind::Sweep));
+    }
+    let others: Vec<Kind> = Kind::ALL.into_iter().filter(|kind| *kind != Kind::Sweep).collect();
+    let whole = read("configuration file", name, &all(&others), None)?;
+    let kind = kind_of(&whole.text);
+    // Only a file of the same kind can be a base.
+    Ok((read(kind.name(), name, kind.files(), None)?, kind))
+}
+
+fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Result<Exit, Failure> {
+    let (file, kind) = open(arch)?;
+    if sets.is_empty() && !context.global.json {
+        let text = if resolved { layer::without_places(&file.text) } else { file.own().into() };
+        return out::text(&for_a_copy(&text)).map(|()| Exit::Done);
+    }
+    if kind == Kind::Sweep {
         let what = "is a sweep: its designs are shown with `sweep show`";
         return Err(Failure::new(Exit::Usage, format!("{}: {what}", file.origin)));
     }
-    if kind_of(&file.text) == Kind::Synth {
+    if kind == Kind::Synth {
         if !sets.is_empty() {
             let what = "is a preset of scenes, which has no --set: copy the file";
             return Err(Failure::new(Exit::Usage, format!("{}: {what}", file.origin)));
@@ -233,7 +258,7 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
         let shown = if json { out::json(&preset) } else { out::text(&for_a_copy(&file.text)) };
         return shown.map(|()| Exit::Done);
     }
-    if kind_of(&file.text) == Kind::Dram {
+    if kind == Kind::Dram {
         let device = Device::parse_with(&file.text, sets).usage(&file.origin)?;
         let json = context.global.json;
         let shown = if json { out::json(&device) } else { out::text(&device.to_toml()) };

@@ -9,6 +9,7 @@ pub mod document;
 pub mod embedded;
 pub mod error;
 pub mod inert;
+pub mod layer;
 pub mod knob;
 pub mod references;
 pub mod schema;

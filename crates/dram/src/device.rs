@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use powergs_base::config::{self, ConfigError};
+use powergs_base::config::embedded::DRAM;
+use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::quantity::{Bytes, Nanoseconds};
 
 mod check;
@@ -312,6 +313,7 @@ impl Device {
     /// # Errors
     /// As [`Device::parse`].
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Device, ConfigError> {
+        let text = &layer::on_embedded(text, DRAM)?;
         let config = config::parse::<Device>(text, sets)?;
         let found = check::problems(&config.value);
         let problems = found.into_iter().map(|(key, message)| config.problem(key, message));

@@ -11,7 +11,8 @@ use crate::area::Area;
 use crate::cacti::Bank;
 use crate::prices::{DramCosts, Prices};
 use crate::supply::Supply;
-use powergs_base::config::{self, ConfigError};
+use powergs_base::config::embedded::ENERGY;
+use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
 use powergs_datapath::NumberFormat;
 
@@ -222,6 +223,7 @@ impl EnergyTable {
     /// Everything that is wrong with it, each with its line: also prices that are zero without
     /// `free = true`, unknown sources, and technology nodes without scaling factors.
     pub fn parse(text: &str) -> Result<EnergyTable, ConfigError> {
+        let text = &layer::on_embedded(text, ENERGY)?;
         let config = config::parse::<EnergyTable>(text, &[])?;
         let problems = check::problems(&config.value);
         let problems = problems.into_iter().map(|(k, m)| config.problem(&k, m)).collect();

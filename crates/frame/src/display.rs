@@ -9,7 +9,8 @@ pub mod d22;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use powergs_base::config::{self, ConfigError};
+use powergs_base::config::embedded::DISPLAYS;
+use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::quantity::Watts;
 
 /// A panel as in `arch-configs/display/*.toml`.
@@ -42,6 +43,7 @@ impl Display {
     /// # Errors
     /// Everything that is wrong with it, each with its line.
     pub fn parse(text: &str) -> Result<Display, ConfigError> {
+        let text = &layer::on_embedded(text, DISPLAYS)?;
         let config = config::parse::<Display>(text, &[])?;
         let display = &config.value;
         let mut problems = Vec::new();

@@ -9,7 +9,7 @@ use super::cost::Cost;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::error::Place;
-use powergs_base::config::{ConfigError, Embedded, Problem};
+use powergs_base::config::{ConfigError, Problem};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::run::ConfigText;
@@ -47,12 +47,11 @@ impl From<String> for Good {
 
 /// Runs `arch check`.
 pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit, Failure> {
-    let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
     let mut checked = Vec::new();
     let mut unread = false;
     for name in files {
-        match read("configuration file", name, &all, None) {
-            Ok(file) => checked.push(check_one(file, sets)),
+        match super::open(name) {
+            Ok((file, kind)) => checked.push(check_one(file, kind, sets)),
             Err(failure) => {
                 unread = true;
                 out::complain(format_args!("error: {failure}"));
@@ -81,8 +80,7 @@ pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit,
     Ok(if good { Exit::Done } else { Exit::Usage })
 }
 
-fn check_one(file: ConfigText, sets: &[String]) -> Checked {
-    let kind = if is_yaml(&file.origin) { Kind::Energy } else { kind_of(&file.text) };
+fn check_one(file: ConfigText, kind: Kind, sets: &[String]) -> Checked {
     let result = match kind {
         Kind::Machine => check_machine(&file, sets),
         Kind::Energy if is_yaml(&file.origin) => check_reference_table(&file),

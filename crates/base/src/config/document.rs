@@ -32,7 +32,7 @@ pub struct Config<T> {
 impl<T> Config<T> {
     /// A problem with the value of `key`, placed where the key was written.
     pub fn problem(&self, key: &str, message: String) -> Problem {
-        let start = Place::File { line: 1, column: 1, excerpt: String::new(), width: 1 };
+        let start = Place::of("", 0..0);
         let place = self.places.get(key).cloned().unwrap_or(start);
         Problem { place, key: key.to_owned(), message }
     }

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use super::layer;
+
 /// The longest excerpt that is shown, characters.
 const EXCERPT_MAX: usize = 100;
 
@@ -46,8 +48,10 @@ pub struct Problem {
 /// Where a problem is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
-    /// In the file.
+    /// In the file, or in a file that it is based on.
     File {
+        /// The other file; `None` for the one that is read.
+        file: Option<String>,
         /// Line, from 1.
         line: usize,
         /// Column in characters, from 1.
@@ -76,8 +80,18 @@ impl Place {
         while !text.is_char_boundary(end) {
             end -= 1;
         }
+        // Lines of other files say so.
+        let before = text[..line_start].lines().rev().enumerate();
+        let mut stands = before.filter_map(|(i, line)| Some((i, layer::directive(line)?)));
+        let (file, line) = match stands.next() {
+            Some((i, (number, name))) => {
+                (Some(name.to_owned()).filter(|name| !name.is_empty()), number + i)
+            }
+            None => (None, text[..start].matches('\n').count() + 1),
+        };
         Place::File {
-            line: text[..start].matches('\n').count() + 1,
+            file,
+            line,
             column,
             excerpt: line_text.to_owned(),
             width: text[start..end].chars().count().clamp(1, left),
@@ -98,8 +112,11 @@ impl Problem {
     fn words(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             Place::Set(set) => write!(f, "in --set {set}: {}", self.message),
-            Place::File { line, column, .. } => {
+            Place::File { file: None, line, column, .. } => {
                 write!(f, "line {line}, column {column}: {}", self.message)
+            }
+            Place::File { file: Some(file), line, column, .. } => {
+                write!(f, "line {line} of {file}, column {column}: {}", self.message)
             }
         }
     }
@@ -110,7 +127,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Place::Set(_) => Ok(()),
-            Place::File { line, column, excerpt, width } => {
+            Place::File { line, column, excerpt, width, .. } => {
                 if excerpt.chars().count() > EXCERPT_MAX || excerpt.trim().is_empty() {
                     return Ok(());
                 }

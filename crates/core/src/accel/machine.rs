@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::rules::UnitRules;
 use crate::workload::Geometry;
 use crate::workload::binning::ListShape;
-use powergs_base::config::embedded::DRAM;
-use powergs_base::config::{self, ConfigError};
+use powergs_base::config::embedded::{DRAM, MACHINES};
+use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_dram::Device;
 use powergs_dram::device::Order;
@@ -161,6 +161,7 @@ impl Machine {
     /// # Errors
     /// As [`Machine::parse`]; a problem of an overlay names the overlay.
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
+        let text = &layer::on_embedded(text, MACHINES)?;
         let config = config::parse::<Machine>(text, sets)?;
         let problems = check::problems(&config.value);
         if !problems.is_empty() {

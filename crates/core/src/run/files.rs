@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use powergs_base::config::document::TEXT_MAX;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, Embedded, MACHINES, find};
+use powergs_base::config::layer::{self, BASE, DEPTH_MAX, base_of, circle};
 use powergs_base::config::suggest::{by_likeness, nearest};
 use powergs_base::format::wrapped;
 
 use super::error::RunError;
+use super::input::Input;
 
 /// A kind of configuration file that a system is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -77,8 +79,67 @@ pub struct ConfigText {
     pub origin: String,
     /// The folder that it lies in, for paths inside it; `None` for embedded files.
     pub folder: Option<PathBuf>,
-    /// The text.
+    /// The text, complete: with all of the base that it names.
     pub text: String,
+    /// The bases that it has, as they were read: origin and text, the nearest first.
+    pub bases: Vec<(String, String)>,
+    /// The text as it was read, where it has a base.
+    own: Option<String>,
+}
+
+impl ConfigText {
+    /// A text without a base.
+    pub fn new(origin: String, folder: Option<PathBuf>, text: String) -> ConfigText {
+        ConfigText { origin, folder, text, bases: Vec::new(), own: None }
+    }
+
+    /// The text as it was read.
+    pub fn own(&self) -> &str {
+        self.own.as_deref().unwrap_or(&self.text)
+    }
+
+    /// Hashes of it and of its bases, as they were read.
+    pub fn inputs(&self, role: &'static str) -> Vec<Input> {
+        let own = Input::of_text(role, &self.origin, self.own());
+        let bases = self.bases.iter().map(|(origin, text)| Input::of_text(role, origin, text));
+        [own].into_iter().chain(bases).collect()
+    }
+
+    /// The text on that of the base that it names, which `read` finds.
+    fn on_its_base(
+        self,
+        read: impl Fn(&str, Option<&Path>) -> Result<ConfigText, RunError>,
+    ) -> Result<ConfigText, RunError> {
+        if is_yaml(&self.origin) {
+            return Ok(self);
+        }
+        let mut chain: Vec<ConfigText> = Vec::new();
+        let mut last = self.clone();
+        while let Some(name) = base_of(&last.text) {
+            let place = last.origin.clone();
+            let base = read(&name, last.folder.as_deref()).map_err(|e| {
+                let message = format!("`{BASE}` = \"{name}\": {}", e.message());
+                RunError::Config { place: place.clone(), message }
+            })?;
+            let known: Vec<&str> =
+                [&self].into_iter().chain(&chain).map(|file| file.origin.as_str()).collect();
+            if chain.len() == DEPTH_MAX || known.contains(&base.origin.as_str()) {
+                return Err(RunError::config(place, circle(known.into_iter(), &base.origin)));
+            }
+            chain.push(base.clone());
+            last = base;
+        }
+        let Some(root) = chain.last() else { return Ok(self) };
+        let mut text = root.text.clone();
+        let mut origin = root.origin.as_str();
+        for file in chain.iter().rev().skip(1) {
+            text = layer::on(origin, &text, &file.origin, &file.text);
+            origin = &file.origin;
+        }
+        let text = layer::on(origin, &text, "", &self.text);
+        let bases = chain.iter().map(|file| (file.origin.clone(), file.text.clone())).collect();
+        Ok(ConfigText { own: Some(self.text), text, bases, ..self })
+    }
 }
 
 /// Where configuration files come from.
@@ -107,7 +168,8 @@ impl Files for EmbeddedFiles {
             let message = unknown(kind.name(), name, files);
             return Err(RunError::Config { place: String::new(), message });
         };
-        Ok(ConfigText { origin: name.to_owned(), folder: None, text: text.to_owned() })
+        let file = ConfigText::new(name.to_owned(), None, text.to_owned());
+        file.on_its_base(|base, _| raw(kind.name(), base, files, None))
     }
 }
 
@@ -142,20 +204,34 @@ fn listed(name: &str, embedded: &[Embedded]) -> String {
     format!("  {}", text.replace('\n', "\n  "))
 }
 
-/// Reads an embedded file by name, or any other by path, relative to `folder` if it is there;
-/// `kind` is what messages call such a file.
+/// Reads an embedded file by name, or any other by path, relative to `folder` if it is there, on
+/// the base that it names; `kind` is what messages call such a file.
 ///
 /// # Errors
-/// [`RunError::Config`]: an unknown name (with the known ones), or a file that cannot be read as
-/// text.
+/// [`RunError::Config`]: an unknown name (with the known ones), a file that cannot be read as text,
+/// bases that go round in a circle.
 pub fn read(
     kind: &str,
     name: &str,
     embedded: &[Embedded],
     folder: Option<&Path>,
 ) -> Result<ConfigText, RunError> {
+    let file = raw(kind, name, embedded, folder)?;
+    file.on_its_base(|base, folder| raw(kind, base, embedded, folder))
+}
+
+/// As [`read`], but as the file says it: what `base` means is for its reader.
+///
+/// # Errors
+/// As [`read`].
+pub fn raw(
+    kind: &str,
+    name: &str,
+    embedded: &[Embedded],
+    folder: Option<&Path>,
+) -> Result<ConfigText, RunError> {
     if let Some(text) = find(embedded, name) {
-        return Ok(ConfigText { origin: name.to_owned(), folder: None, text: text.to_owned() });
+        return Ok(ConfigText::new(name.to_owned(), None, text.to_owned()));
     }
     let beside = folder.map(|f| f.join(name)).filter(|p| p.exists());
     let path = beside.unwrap_or_else(|| PathBuf::from(name));
@@ -166,7 +242,7 @@ pub fn read(
     }
     let text = read_text(&path)?;
     let folder = path.parent().map(Path::to_path_buf);
-    Ok(ConfigText { origin: path.display().to_string(), folder, text })
+    Ok(ConfigText::new(path.display().to_string(), folder, text))
 }
 
 /// Reads a text file that is small enough for a configuration.

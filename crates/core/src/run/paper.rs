@@ -66,9 +66,8 @@ impl PaperModel {
 
     /// Hashes of the files as they were read.
     pub fn inputs(&self) -> Vec<Input> {
-        let hash =
-            |(kind, f): (FileKind, &ConfigText)| Input::of_text(kind.role(), &f.origin, &f.text);
-        self.files().map(hash).collect()
+        let hash = |(kind, f): (FileKind, &ConfigText)| f.inputs(kind.role());
+        self.files().flat_map(hash).collect()
     }
 
     /// Every file under its role.

@@ -354,11 +354,8 @@ impl System {
 
     /// Hashes of the files as they were read.
     pub fn inputs(&self) -> Vec<Input> {
-        let hash = |kind: FileKind| {
-            let read = self.read(kind)?;
-            Some(Input::of_text(kind.role(), &read.origin, &read.text))
-        };
-        self.kinds().filter_map(hash).collect()
+        let hash = |kind: FileKind| Some(self.read(kind)?.inputs(kind.role()));
+        self.kinds().filter_map(hash).flatten().collect()
     }
 
     /// Every file as it is used, under its role.

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use powergs_base::config::embedded::SYNTH;
-use powergs_base::config::{self, ConfigError};
+use powergs_base::config::{self, ConfigError, layer};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +47,7 @@ impl Preset {
     /// # Errors
     /// Everything that is wrong with it, each with its line.
     pub fn parse(text: &str) -> Result<Preset, ConfigError> {
+        let text = &layer::on_embedded(text, SYNTH)?;
         let config = config::parse::<Preset>(text, &[])?;
         let mut problems = Vec::new();
         for target in &config.value.targets {

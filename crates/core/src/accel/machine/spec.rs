@@ -1,15 +1,25 @@
 //! The tables of a machine file.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
+use powergs_base::config::layer;
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_datapath::NumberFormat;
 use powergs_dram::device::Order;
 use powergs_frame::scene::ShDegree;
+
+/// `none` is what a machine says whose base has a format.
+fn some_numbers<'de, D: Deserializer<'de>>(from: D) -> Result<Option<NumberFormat>, D::Error> {
+    let text = String::deserialize(from)?;
+    match text == layer::NONE {
+        true => Ok(None),
+        false => text.parse().map(Some).map_err(serde::de::Error::custom),
+    }
+}
 
 /// Bytes of the records that cross the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -47,9 +57,9 @@ pub struct RecordSpec {
     /// Who writes what is read per list entry.
     pub feature_source: FeatureSource,
     /// Numbers that rendering units compute with, bits of exponent and mantissa: `e5m10` is FP16.
-    /// An entry that they read has nine. Without it units are those that the energy table has
-    /// prices for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// An entry that they read has nine. Without it, or with `none`, units are those that the energy
+    /// table has prices for.
+    #[serde(default, deserialize_with = "some_numbers", skip_serializing_if = "Option::is_none")]
     pub numbers: Option<NumberFormat>,
     /// Written per pixel.
     pub pixel: Bytes,

@@ -36,8 +36,8 @@ impl Files for NotedFiles {
         folder: Option<&Path>,
     ) -> Result<ConfigText, RunError> {
         let file = self.files.read(kind, name, folder)?;
-        let input = Input::of_text(kind.role(), &file.origin, &file.text);
-        self.read.lock().unwrap_or_else(PoisonError::into_inner).push(input);
+        let inputs = file.inputs(kind.role());
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).extend(inputs);
         Ok(file)
     }
 }

@@ -19,7 +19,7 @@ use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::run::files::{DiskFiles, Files, read};
+use powergs_core::run::files::{DiskFiles, Files, raw};
 use powergs_core::run::{Input, RunError};
 use toml::Value;
 
@@ -136,7 +136,7 @@ impl OpenedSweep<'static> {
     /// that cannot be read; [`RunError::Request`]: frames that they do not have.
     pub fn open(request: &SweepRequest) -> Result<OpenedSweep<'static>, RunError> {
         let name = request.file.as_str();
-        let text = read("sweep", name, SWEEPS, None)?;
+        let text = raw("sweep", name, SWEEPS, None)?;
         let folder = text.folder.as_deref();
         let parsed = SweepFile::parse_around(&text.text);
         let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;

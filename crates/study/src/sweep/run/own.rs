@@ -265,11 +265,10 @@ impl Files for BaseFiles {
             FileKind::Display => name == DISPLAY,
         };
         match self.base.table(kind).filter(|_| own) {
-            Some(table) => Ok(ConfigText {
-                origin: name.to_owned(),
-                folder: self.base.read(kind).and_then(|file| file.folder.clone()),
-                text: table.to_string(),
-            }),
+            Some(table) => {
+                let folder = self.base.read(kind).and_then(|file| file.folder.clone());
+                Ok(ConfigText::new(name.to_owned(), folder, table.to_string()))
+            }
             None => DiskFiles.read(kind, name, folder),
         }
     }
