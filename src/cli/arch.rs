@@ -6,6 +6,7 @@ use serde_json::Value;
 use super::failure::ConfigUsage;
 use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
+use powergs_base::config::schema::schema_with_base;
 use powergs_base::config::{ConfigError, Embedded, layer, schema_of};
 use powergs_core::accel::Machine;
 use powergs_core::run::ConfigText;
@@ -23,6 +24,7 @@ use cost::Cost;
 
 mod check;
 mod cost;
+mod diff;
 
 /// Shown under `arch --help`.
 pub const EXAMPLES: &str = "\
@@ -30,6 +32,8 @@ Examples:
   powergs-sim arch list
   powergs-sim arch show gscore > mine.toml
   powergs-sim arch show gscore --set vru.cores=8 --set clock=800MHz
+  powergs-sim arch show neo --resolved
+  powergs-sim arch diff gscore neo
   powergs-sim arch check mine.toml
   powergs-sim arch schema machine > machine.json
 
@@ -50,7 +54,7 @@ pub enum Verb {
     /// List the machines, tables, displays, DRAM devices, sweeps and synthetic scenes that come
     /// with the program
     List,
-    /// Print a machine file; with --set or --resolved, as a run would use it
+    /// Print a file; with --resolved all of its keys, with --set as a run would use it
     Show {
         /// Machine: a name of `arch list`, or a TOML file
         #[arg(value_name = "NAME|FILE")]
@@ -64,6 +68,15 @@ pub enum Verb {
         /// Area and peak power of its blocks instead of the file
         #[arg(long, conflicts_with = "resolved")]
         cost: bool,
+    },
+    /// Print the keys in which two files of one kind differ
+    Diff {
+        /// A name of `arch list`, or a TOML file
+        #[arg(value_name = "A")]
+        a: String,
+        /// Another of the same kind
+        #[arg(value_name = "B")]
+        b: String,
     },
     /// Check files and report everything that is wrong; exit code 2 if anything is
     Check {
@@ -129,12 +142,12 @@ impl Kind {
     /// Its JSON schema.
     pub fn schema(self) -> Value {
         match self {
-            Kind::Machine => schema_of::<Machine>(),
-            Kind::Energy => schema_of::<EnergyTable>(),
-            Kind::Display => schema_of::<Display>(),
-            Kind::Dram => schema_of::<Device>(),
+            Kind::Machine => schema_with_base::<Machine>(),
+            Kind::Energy => schema_with_base::<EnergyTable>(),
+            Kind::Display => schema_with_base::<Display>(),
+            Kind::Dram => schema_with_base::<Device>(),
             Kind::Sweep => schema_of::<SweepFile>(),
-            Kind::Synth => schema_of::<Preset>(),
+            Kind::Synth => schema_with_base::<Preset>(),
         }
     }
 }
@@ -145,6 +158,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         Verb::List => list(context),
         Verb::Show { arch, sets, cost: true, .. } => show_cost(arch, sets, context),
         Verb::Show { arch, sets, resolved, .. } => show(arch, sets, *resolved, context),
+        Verb::Diff { a, b } => diff::run(a, b, context),
         Verb::Check { files, sets } => check::run(files, sets, context),
         Verb::Schema { kind } => out::json(&kind.schema()).map(|()| Exit::Done),
     }
@@ -240,7 +254,8 @@ fn open(name: &str) -> Result<(ConfigText, Kind), RunError> {
 
 fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Result<Exit, Failure> {
     let (file, kind) = open(arch)?;
-    if sets.is_empty() && !context.global.json {
+    let as_written = sets.is_empty() && !resolved;
+    if sets.is_empty() && !context.global.json && (as_written || kind != Kind::Sweep) {
         let text = if resolved { layer::without_places(&file.text) } else { file.own().into() };
         return out::text(&for_a_copy(&text)).map(|()| Exit::Done);
     }

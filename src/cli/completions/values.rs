@@ -44,7 +44,9 @@ fn with_values(parents: &str, command: Command) -> Command {
 fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
     let all = || [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS, SYNTH].concat();
     Some(match (path, arg.get_id().as_str()) {
-        ("arch show" | "arch check", "arch" | "files") => names(all(), &["toml", "yaml"]),
+        ("arch show" | "arch check" | "arch diff", "arch" | "files" | "a" | "b") => {
+            names(all(), &["toml", "yaml"])
+        }
         (_, "arch") => names(MACHINES.to_vec(), &["toml"]),
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
         (_, "energy") => names(ENERGY.to_vec(), &["toml", "yaml", "yml"]),

@@ -124,3 +124,70 @@ fn a_machine_is_loaded_with_its_table_and_its_sources() {
         "two cores leak less than four"
     );
 }
+
+#[test]
+fn a_file_on_a_base_is_shown_checked_and_compared() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, text).expect("a file");
+        path.display().to_string()
+    };
+    let mine =
+        file("mine.toml", "base = \"gscore\"\nname = \"mine\"\n\n[vru]\ncores = 2 # [neo]\n");
+    // A base by path, beside the file that names it.
+    let next = file("next.toml", "base = \"mine.toml\"\nname = \"next\"\nclock = \"500 MHz\"\n");
+    program(&["arch", "check", &next]).assert().code(0).stdout(contains("machine next"));
+    let shown = program(&["arch", "show", &next]).assert().code(0);
+    shown.stdout(contains("base = \"mine.toml\"").and(contains("units").not()));
+    let whole = program(&["arch", "show", &next, "--resolved"]).assert().code(0);
+    let comment = "cores = 2 # [neo]";
+    whole.stdout(contains(comment).and(contains("# [nerarch-sim]")).and(contains("#line").not()));
+    let different = program(&["arch", "diff", "gscore", &next, "--json"]).assert().code(0);
+    let keys: serde_json::Value =
+        serde_json::from_slice(&different.get_output().stdout).expect("JSON");
+    let keys: Vec<&str> =
+        keys.as_array().unwrap().iter().map(|k| k["key"].as_str().unwrap()).collect();
+    assert_eq!(keys, ["name", "description", "clock", "vru.cores"]);
+    program(&["arch", "diff", "gscore", "gscore-28nm"]).assert().code(2);
+    // A complete file makes the same machine, and a run names all files that it came from.
+    let complete = file(
+        "complete.toml",
+        &String::from_utf8_lossy(
+            &program(&["arch", "show", &next, "--resolved"]).output().unwrap().stdout,
+        ),
+    );
+    let replay = |machine: &str, out: &str| {
+        let out = dir.path().join(out);
+        let out = out.display().to_string();
+        let trace = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+        let run = ["replay", trace, "--arch", machine, "--what-if", "0", "--out", &out, "-q"];
+        program(&run).assert().code(0);
+        let read = |name: &str| std::fs::read_to_string(format!("{out}/{name}")).expect(name);
+        (read("results.csv"), read("run.toml"))
+    };
+    let (a, b) = (replay(&next, "a"), replay(&complete, "b"));
+    assert_eq!(a.0, b.0);
+    for name in ["next.toml", "mine.toml", "gscore"] {
+        assert!(a.1.contains(&format!("name = \"{name}\"")), "{name}\n{}", a.1);
+    }
+    // Where a value was written is where it is wrong.
+    file("mine.toml", "base = \"gscore\"\nname = \"mine\"\n\n[vru]\ncores = 0\n");
+    let wrong = program(&["arch", "check", &next]).assert().code(2);
+    wrong.stderr(contains("line 5 of ").and(contains("mine.toml")).and(contains("`vru.cores`")));
+    for (base, why) in [
+        ("next.toml", "goes round in a circle"),
+        ("nobody.toml", "nobody.toml"),
+        ("gscor", "did you mean `gscore`?"),
+    ] {
+        file("mine.toml", &format!("base = \"{base}\"\nname = \"mine\"\n[vru]\ncores = 1\n"));
+        for command in [&["arch", "check", &mine][..], &["replay", "x.bin", "--arch", &mine]] {
+            let failed = program(command).assert().failure();
+            failed.stderr(contains("`base`").and(contains(why)));
+        }
+    }
+    // A table of prices is no base of a machine.
+    let machine = format!("base = \"gscore-28nm\"\nname = \"m\"\n[vru]\ncores = 1\n");
+    let machine = file("m.toml", &machine);
+    program(&["arch", "check", &machine]).assert().code(2).stderr(contains("no machine"));
+}

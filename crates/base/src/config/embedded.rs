@@ -1,5 +1,7 @@
 //! The configuration files that come with the program, found by name.
 
+use super::layer;
+
 /// A file of `arch-configs/`, compiled in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Embedded {
@@ -7,6 +9,16 @@ pub struct Embedded {
     pub name: &'static str,
     /// Its text.
     pub text: &'static str,
+}
+
+impl Embedded {
+    /// Its text with all of its base.
+    pub fn complete(&self) -> String {
+        let kinds = [MACHINES, ENERGY, DISPLAYS, DRAM, SYNTH];
+        let kind = kinds.into_iter().find(|files| files.contains(self)).unwrap_or_default();
+        let whole = layer::on_embedded(self.text, kind);
+        whole.map_or_else(|_| self.text.to_owned(), |text| layer::without_places(&text))
+    }
 }
 
 macro_rules! embedded {

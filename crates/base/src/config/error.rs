@@ -74,6 +74,10 @@ impl Place {
         }
         let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line_text = text[line_start..].lines().next().unwrap_or("");
+        // What says where lines stand was written by nobody: the beginning is meant.
+        if layer::directive(line_text).is_some() {
+            return Place::of("", 0..0);
+        }
         let column = text[line_start..start].chars().count() + 1;
         let left = line_text.chars().count().saturating_sub(column - 1).max(1);
         let mut end = range.end.clamp(start, text.len());

@@ -16,9 +16,9 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::Embedded;
 use super::error::{ConfigError, Place, Problem};
 use super::suggest::nearest;
-use super::Embedded;
 
 /// The key that names the base of a file.
 pub const BASE: &str = "base";
@@ -32,8 +32,11 @@ pub const DEPTH_MAX: usize = 8;
 /// The beginning of a comment that says where the next line stands.
 pub(super) const LINE: &str = "#line ";
 
+/// What a file is, in one line; of a file that does not say it, what it is based on.
+const DESCRIPTION: &str = "description";
+
 /// Keys that a file has for itself.
-const OWN: [&str; 2] = ["name", "description"];
+const OWN: [&str; 2] = ["name", DESCRIPTION];
 
 /// The base that a text names; `None` where it has none, or is no TOML: its reader says so.
 pub fn base_of(text: &str) -> Option<String> {
@@ -173,9 +176,8 @@ impl Tree {
             Tree::Leaf(text) => text.clone(),
             Tree::Table(keys) if keys.is_empty() => "{}".to_owned(),
             Tree::Table(keys) => {
-                let key = |(key, value): &(String, Tree)| {
-                    format!("{} = {}", quoted(key), value.text())
-                };
+                let key =
+                    |(key, value): &(String, Tree)| format!("{} = {}", quoted(key), value.text());
                 format!("{{ {} }}", keys.iter().map(key).collect::<Vec<_>>().join(", "))
             }
         }
@@ -249,6 +251,13 @@ impl Statements {
             Kind::Head => false,
         };
         self.all.retain(|s| !is_own(s));
+        let is_described = above.all.iter().any(|s| is_own(s) && s.path() == [DESCRIPTION]);
+        let base =
+            above.all.iter().find(|s| s.path() == [BASE]).map(Statement::description_by_base);
+        if let Some(line) = base.filter(|_| !is_described) {
+            let kind = Kind::Value(vec![DESCRIPTION.to_owned()], Tree::Leaf(String::new()));
+            self.all.insert(0, Statement { lines: vec![line], table: Vec::new(), kind });
+        }
         // Lists of tables are replaced whole.
         let lists: BTreeSet<Vec<String>> =
             above.all.iter().filter(|s| s.is_list()).map(|s| s.table.clone()).collect();
@@ -264,7 +273,12 @@ impl Statements {
                 }
                 Kind::Head if statement.is_list() => self.all.push(statement),
                 Kind::Head => {
-                    if !self.all.iter().any(|s| s.is_in(&path)) {
+                    // The base may have the table, or write it on one line.
+                    let has = |s: &Statement| {
+                        s.is_in(&path)
+                            || matches!(s.kind, Kind::Value(..)) && path.starts_with(&s.path())
+                    };
+                    if !self.all.iter().any(has) {
                         self.all.push(statement);
                     }
                 }
@@ -282,9 +296,10 @@ impl Statements {
 
     fn has_table(&self, path: &[String]) -> bool {
         self.all.iter().any(|s| s.is_in(path))
-            || self.all.iter().any(|s| {
-                s.path() == path && matches!(s.kind, Kind::Value(_, Tree::Table(_)))
-            })
+            || self
+                .all
+                .iter()
+                .any(|s| s.path() == path && matches!(s.kind, Kind::Value(_, Tree::Table(_))))
     }
 
     /// Puts a value where the base has it, or at the end of its table.
@@ -303,16 +318,18 @@ impl Statements {
             return;
         }
         // The base may have it, or an inline table that it is in.
-        let holder = self.all.iter().position(|s| {
-            matches!(s.kind, Kind::Value(..)) && path.starts_with(&s.path())
-        });
+        let holder = self
+            .all
+            .iter()
+            .position(|s| matches!(s.kind, Kind::Value(..)) && path.starts_with(&s.path()));
         if let Some(i) = holder {
             let old = &mut self.all[i];
             let inner = path[old.path().len()..].to_vec();
             let Kind::Value(key, mut whole) = old.kind.clone() else { return };
-            let nested = inner.into_iter().rev().fold(tree.clone(), |tree, key| {
-                Tree::Table(vec![(key, tree)])
-            });
+            let nested = inner
+                .into_iter()
+                .rev()
+                .fold(tree.clone(), |tree, key| Tree::Table(vec![(key, tree)]));
             whole.take(nested);
             let table = old.table.clone();
             *old = statement.of_key(table, key, whole);
@@ -358,6 +375,23 @@ impl Statement {
             Kind::Head => self.table.clone(),
             Kind::Value(key, _) => [&self.table[..], &key[..]].concat(),
         }
+    }
+
+    /// The description of a file that says only what it is based on.
+    fn description_by_base(&self) -> Line {
+        let base = match &self.kind {
+            Kind::Value(_, tree) => tree.text(),
+            Kind::Head => String::new(),
+        };
+        // A path may have what a text in quotes may not.
+        let plain = |c: &char| c.is_alphanumeric() || "-_./ ".contains(*c);
+        let base: String = base.chars().filter(plain).collect();
+        let text = format!("{DESCRIPTION} = \"on {base}\"");
+        let (file, number) = self
+            .lines
+            .last()
+            .map_or_else(Default::default, |line| (line.file.clone(), line.number));
+        Line { text, file, number }
     }
 
     fn is_list(&self) -> bool {
@@ -476,6 +510,8 @@ fn numbered(at: &str, text: &str) -> Vec<Line> {
     text.lines()
         .map(|line| {
             if let Some((n, name)) = directive(line) {
+                // Without a name it is the file that is read here.
+                let name = if name.is_empty() { at } else { name };
                 (file, number) = (name.to_owned(), n);
                 return Line { text: line.to_owned(), file: file.clone(), number };
             }

@@ -2,7 +2,9 @@
 
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use serde_json::Value;
+use serde_json::{Value, json};
+
+use super::layer::BASE;
 
 /// What is known about one key.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,6 +25,26 @@ pub struct KeyDoc {
 pub fn schema_of<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// The JSON schema of `T` for editors, where `T` may have a base: `base` is a key, and no key has
+/// to be there, since a base may have it.
+pub fn schema_with_base<T: JsonSchema>() -> Value {
+    fn relax(schema: &mut Value) {
+        if let Some(object) = schema.as_object_mut() {
+            object.remove("required");
+            object.values_mut().for_each(relax);
+        }
+    }
+    let mut schema = schema_of::<T>();
+    relax(&mut schema);
+    if let Some(keys) = schema.get_mut("properties").and_then(Value::as_object_mut) {
+        let meaning = "The file that this one differs from: a name, or a path. What is not here is \
+                       as there; `name` and `description` are each file's own, a table that is \
+                       \"none\" is absent.";
+        keys.insert(BASE.to_owned(), json!({ "type": "string", "description": meaning }));
+    }
+    schema
 }
 
 /// Every key of `T` in the order of its declaration, tables before their keys.

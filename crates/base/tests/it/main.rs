@@ -1,3 +1,4 @@
-//! Measures with units.
+//! Measures with units, and files on bases.
 
+mod layers;
 mod quantities;

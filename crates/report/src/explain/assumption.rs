@@ -62,7 +62,7 @@ const fn file_words(file: KnobFile) -> &'static str {
 static FILES: LazyLock<Vec<(KnobFile, &str, toml::Value)>> = LazyLock::new(|| {
     let kinds: [(KnobFile, &[Embedded]); 3] =
         [(KnobFile::Machine, MACHINES), (KnobFile::Energy, ENERGY), (KnobFile::Dram, DRAM)];
-    let read = |file: &Embedded| toml::Value::Table(file.text.parse().unwrap_or_default());
+    let read = |file: &Embedded| toml::Value::Table(file.complete().parse().unwrap_or_default());
     let files = kinds.into_iter().flat_map(|(kind, files)| files.iter().map(move |f| (kind, f)));
     files.map(|(kind, file)| (kind, file.name, read(file))).collect()
 });

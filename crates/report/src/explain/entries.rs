@@ -110,7 +110,7 @@ pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
 fn prices(path: &str) -> Vec<String> {
     let mut tables: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for file in ENERGY {
-        let table: toml::Table = file.text.parse().unwrap_or_default();
+        let table: toml::Table = file.complete().parse().unwrap_or_default();
         let table = toml::Value::Table(table);
         let price = path.split('.').try_fold(&table, |at, key| at.get(key));
         let price = price.and_then(toml::Value::as_table);
@@ -148,8 +148,9 @@ fn columns(known: &[Entry]) -> Vec<Entry> {
 /// The sources of `references.toml`, and the files that cite them.
 fn sources() -> Vec<Entry> {
     let all = [MACHINES, ENERGY, DISPLAYS, DRAM].concat();
+    let all: Vec<_> = all.iter().map(|file| (file.name, cited(&file.complete()))).collect();
     let entry = |(key, source): (&String, &powergs_base::config::references::Reference)| {
-        let citing = all.iter().filter(|file| cited(file.text).contains(key)).map(|file| file.name);
+        let citing = all.iter().filter(|(_, cited)| cited.contains(key)).map(|(name, _)| *name);
         let mut facts = vec![("venue", source.venue.clone())];
         facts.extend(source.note.clone().map(|note| ("taken", note)));
         facts.push(("cited by", citing.collect::<Vec<_>>().join(", ")));
@@ -166,7 +167,7 @@ fn sources() -> Vec<Entry> {
 }
 
 fn keys(kind: &'static str, docs: Vec<KeyDoc>, example: &Embedded, all: &mut Vec<Entry>) {
-    let values: toml::Table = example.text.parse().unwrap_or_default();
+    let values: toml::Table = example.complete().parse().unwrap_or_default();
     let values = toml::Value::Table(values);
     all.extend(docs.into_iter().map(|doc| {
         let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));

@@ -57,8 +57,8 @@ pub struct RecordSpec {
     /// Who writes what is read per list entry.
     pub feature_source: FeatureSource,
     /// Numbers that rendering units compute with, bits of exponent and mantissa: `e5m10` is FP16.
-    /// An entry that they read has nine. Without it, or with `none`, units are those that the energy
-    /// table has prices for.
+    /// An entry that they read has nine. Without it, or with `none`, units are those that the
+    /// energy table has prices for.
     #[serde(default, deserialize_with = "some_numbers", skip_serializing_if = "Option::is_none")]
     pub numbers: Option<NumberFormat>,
     /// Written per pixel.

@@ -1,7 +1,7 @@
 //! Energy tables: what they cost on GSCore, and what is refused.
 
 use approx::assert_relative_eq;
-use powergs_base::config::embedded::{ENERGY, find};
+use powergs_base::config::embedded::ENERGY;
 use powergs_base::quantity::{Bytes, Hertz};
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
@@ -11,12 +11,13 @@ use powergs_energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
 
 use super::gscore;
 
-fn text(name: &str) -> &'static str {
-    find(ENERGY, name).expect("an embedded table")
+fn text(name: &str) -> String {
+    let file = ENERGY.iter().find(|file| file.name == name).expect("an embedded table");
+    file.complete()
 }
 
 fn table(name: &str) -> EnergyTable {
-    EnergyTable::parse(text(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    EnergyTable::parse(&text(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
 fn on_gscore(name: &str) -> Prices {

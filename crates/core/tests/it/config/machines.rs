@@ -1,7 +1,7 @@
 //! Machine files: the embedded ones, overlays, contradictions, the wording of errors.
 
 use expect_test::expect_file;
-use powergs_base::config::embedded::MACHINES;
+use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::Fetch;
@@ -269,4 +269,40 @@ fn a_refused_change_says_what_would_make_it_fit() {
     assert_eq!(fit(&["geometry.tile=64", "geometry.sort-group=16"]).0, [""; 0]);
     let alone = gscore().replace("sort-group = 16", "sort-group = 24");
     assert_eq!(Machine::parse(&alone).expect_err("no power of two").remedy, [""; 0]);
+}
+
+/// Every key of every machine that comes with the program: `gscore` whole, of the others what
+/// differs. A changed base shows in all that have it.
+#[test]
+fn machines_are_what_they_were() {
+    fn keys(table: &toml::Table, path: &str, all: &mut Vec<(String, String)>) {
+        for (key, value) in table {
+            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+            match value {
+                toml::Value::Table(inner) => keys(inner, &path, all),
+                value => all.push((path, value.to_string())),
+            }
+        }
+    }
+    let of = |name: &str| {
+        let text = find(MACHINES, name).expect(name);
+        let machine = Machine::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let mut all = Vec::new();
+        keys(&machine.to_toml().parse().expect("TOML"), "", &mut all);
+        all
+    };
+    let base = of("gscore");
+    let mut golden = String::new();
+    for file in MACHINES {
+        golden += &format!("{}\n", file.name);
+        let own = of(file.name);
+        let is_base = file.name == "gscore";
+        for (key, value) in own.iter().filter(|line| is_base || !base.contains(line)) {
+            golden += &format!("  {key} = {value}\n");
+        }
+        for (key, _) in base.iter().filter(|(key, _)| own.iter().all(|(own, _)| own != key)) {
+            golden += &format!("  no {key}\n");
+        }
+    }
+    expect_file!["../../../../../tests/golden/machines.txt"].assert_eq(&golden);
 }

@@ -75,7 +75,7 @@ fn with(root: &Value, path: &str, new: &Value) -> String {
 #[test]
 fn every_price_moves_an_output() {
     for file in ENERGY {
-        let root: Value = toml::from_str(file.text).unwrap();
+        let root: Value = toml::from_str(&file.complete()).unwrap();
         let before = outputs(file.text);
         let mut all = Vec::new();
         larger(&root, "", &mut all);

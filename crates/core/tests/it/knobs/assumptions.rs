@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use powergs_base::config::assumptions::{KnobFile, assumptions};
 use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES, find};
-use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_base::config::{Embedded, KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
 use powergs_dram::Device;
 use powergs_energy::EnergyTable;
@@ -88,6 +88,10 @@ fn the_measured_table_has_a_row_for_every_assumption() {
     }
 }
 
+fn complete(files: &[Embedded], name: &str) -> String {
+    files.iter().find(|file| file.name == name).expect("a file").complete()
+}
+
 /// A knob names keys that exist: in the schema, and in the files of the machine that it is varied
 /// on.
 #[test]
@@ -105,8 +109,8 @@ fn every_knob_has_keys() {
                 .unwrap_or_else(|e| panic!("A{number}: {e}"));
             let text = match k.file {
                 KnobFile::Machine => machine.to_toml(),
-                KnobFile::Energy => find(ENERGY, &machine.energy).expect("a table").to_owned(),
-                KnobFile::Dram => find(DRAM, &machine.dram.device).expect("a device").to_owned(),
+                KnobFile::Energy => complete(ENERGY, &machine.energy),
+                KnobFile::Dram => complete(DRAM, &machine.dram.device),
             };
             let table: Table = text.parse().expect("TOML");
             for key in &k.keys {

@@ -62,7 +62,7 @@ fn leaves(table: &Table, prefix: &str, found: &mut Vec<String>) {
 }
 
 fn dead_keys(file: &Embedded, accesses: &[Access]) -> Vec<String> {
-    let text: Table = file.text.parse().expect("TOML");
+    let text: Table = file.complete().parse().expect("TOML");
     let (docs, list) = (key_docs::<Device>(), list());
     let mut keys = Vec::new();
     leaves(&text, "", &mut keys);
@@ -109,7 +109,7 @@ fn dead_keys(file: &Embedded, accesses: &[Access]) -> Vec<String> {
 fn every_key_of_every_device_moves_something() {
     let mut families: BTreeMap<String, &Embedded> = BTreeMap::new();
     for file in DRAM {
-        let mut table: Table = file.text.parse().expect("TOML");
+        let mut table: Table = file.complete().parse().expect("TOML");
         for key in ["name", "description", "organisation.channels"] {
             knob::change(&mut table, key, &mut |_| Some(Value::Integer(0)));
         }

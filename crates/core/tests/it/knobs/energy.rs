@@ -61,7 +61,7 @@ fn leaves(table: &Table, prefix: &str, found: &mut Vec<String>) {
 }
 
 fn dead_keys(file: &Embedded) -> Vec<String> {
-    let needs_commands = file.text.contains("device = true");
+    let needs_commands = file.complete().contains("device = true");
     let model = if needs_commands { "banked" } else { "bandwidth" };
     let on = |lift: &[String]| {
         let mut sets = crate::energy::UNLIKE.map(str::to_owned).to_vec();
@@ -74,7 +74,7 @@ fn dead_keys(file: &Embedded) -> Vec<String> {
     };
     let machine = on(&[]);
     let frame = outcome(&machine).expect("prices").frames.swap_remove(0);
-    let table: Table = file.text.parse().expect("TOML");
+    let table: Table = file.complete().parse().expect("TOML");
     let (docs, list) = (key_docs::<EnergyTable>(), list());
     let mut keys = Vec::new();
     leaves(&table, "", &mut keys);
