@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         display_fps: 60.0,
         what_if_frames: 0,
         calibrates_what_if: true,
-        compares_window: false,
+        compares_models: false,
     };
     let start = Instant::now();
     for _ in 0..count {

@@ -410,7 +410,6 @@ def dram(
     device: str = "lpddr4-3200-x16x8",
     keys: Mapping[str, _Value] | None = None,
     mode: str = "sat",
-    model: Literal["banked", "window", "both"] = "banked",
 ) -> dict[str, Any]: ...
 def optimize(
     scene: Scene,

@@ -20,7 +20,7 @@ use powergs_chart::Chart as Drawing;
 use powergs_core::run::files::read;
 use powergs_core::run::{RunError, System};
 use powergs_dram::address_trace::Requests;
-use powergs_dram::levels::{Level, run_levels};
+use powergs_dram::stream::run_stream;
 use powergs_dram::{Device, Mode};
 use powergs_report as report;
 use powergs_study::findings::compare::{Comparison as Compared, Side};
@@ -275,18 +275,15 @@ impl powergs_core::run::Watch for Counted<'_> {
 ///
 /// ``requests`` is the path of an address trace, or a list of ``("R" or "W", address, bytes)``;
 /// ``device`` a name of ``names("dram")`` or a TOML file, ``keys`` changes of it; ``mode`` says how
-/// requests arrive (``"sat"``, ``"idle"``, ``"mlp32"``, ``"look16"``, ``"rate20"``), ``model`` is
-/// ``"banked"``, ``"window"`` or ``"both"``.
+/// requests arrive (``"sat"``, ``"idle"``, ``"mlp32"``, ``"look16"``, ``"rate20"``).
 #[pyfunction]
-#[pyo3(signature = (requests, *, device="lpddr4-3200-x16x8", keys=None, mode="sat",
-                    model="banked"))]
+#[pyo3(signature = (requests, *, device="lpddr4-3200-x16x8", keys=None, mode="sat"))]
 pub fn dram<'py>(
     py: Python<'py>,
     requests: &Bound<'py, PyAny>,
     device: &str,
     keys: Option<&Bound<'py, PyDict>>,
     mode: &str,
-    model: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let file = read("DRAM device", device, DRAM, None).map_err(Fault::from)?;
     let sets: Vec<String> = changes(keys, None)?.iter().map(ToString::to_string).collect();
@@ -294,12 +291,6 @@ pub fn dram<'py>(
     let device = device.map_err(|e| Fault::config_file(&file.origin, &e))?;
     let wrong = |e| Fault::config(format!("mode=\"{mode}\": {e}")).raise();
     let mode: Mode = mode.parse().map_err(wrong)?;
-    let levels: &'static [Level] = match model {
-        "banked" => &[Level::Banked],
-        "window" => &[Level::Window],
-        "both" => &[Level::Banked, Level::Window],
-        _ => return Err(Fault::config("model: one of banked, window, both").raise()),
-    };
     let list: Option<Vec<(String, u64, u64)>> = requests.extract().ok();
     let (place, input): (String, Box<dyn BufRead + Send>) = match list {
         Some(list) => {
@@ -317,7 +308,7 @@ pub fn dram<'py>(
         }
     };
     let work = move |shared: &Shared| {
-        let found = run_levels(&device, mode, levels, Requests::new(input), || shared.is_over());
+        let found = run_stream(&device, mode, Requests::new(input), || shared.is_over());
         let found = found.map_err(|e| Fault::in_file(Class::Input, place, e))?;
         let found = found.ok_or_else(|| Fault::config("interrupted"))?;
         Ok(report::dram::json(&device, mode, &found))

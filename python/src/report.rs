@@ -51,7 +51,7 @@ impl Live {
                 display_fps,
                 what_if_frames,
                 calibrates_what_if: true,
-                compares_window: false,
+                compares_models: false,
             };
             Ok(replay.run(&mut frames, shared)?)
         })

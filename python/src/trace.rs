@@ -168,7 +168,7 @@ impl Trace {
     /// energy : str or path, optional
     ///     Energy table in place of the machine's.
     /// dram : str, optional
-    ///     Model of the DRAM: ``"banked"``, ``"window"``, ``"calibrated"``, ``"bandwidth"``.
+    ///     Model of the DRAM: ``"banked"``, ``"calibrated"``, ``"bandwidth"``.
     /// display : str or path, optional
     ///     Display in place of the machine's.
     /// fps : float

@@ -24,9 +24,9 @@ def test_demo_is_the_programs_report_byte_for_byte(demo, run, tmp_path) -> None:
 def test_other_files_and_rates_are_the_programs_too(trace, demo, run, tmp_path) -> None:
     words = ("replay", demo, "--json", "--what-if", "0", "--out")
     printed = run(
-        *words, tmp_path / "a", "--energy", "gscore-7nm", "--dram-model", "window", "--fps", "90"
+        *words, tmp_path / "a", "--energy", "gscore-7nm", "--dram-model", "calibrated", "--fps", "90"
     )
-    report = trace.replay("gscore", energy="gscore-7nm", dram="window", fps=90)
+    report = trace.replay("gscore", energy="gscore-7nm", dram="calibrated", fps=90)
     assert report.to_json() == printed
     printed = run(*words, tmp_path / "b", "--model", "paper", "--display", "oled-d22")
     assert trace.replay("paper", display="oled-d22").to_json() == printed

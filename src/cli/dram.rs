@@ -11,7 +11,7 @@ use powergs_base::config::embedded::DRAM;
 use powergs_core::run::files::read;
 use powergs_dram::address_trace::Requests;
 use powergs_dram::device::Order;
-use powergs_dram::levels::{Level, LevelRun, run_levels};
+use powergs_dram::stream::{StreamRun, run_stream};
 use powergs_dram::{Device, Mode};
 
 mod table;
@@ -21,7 +21,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim dram addresses.trace
   powergs-sim dram addresses.trace --device lpddr5-6400-x16x4 --mode mlp32
-  powergs-sim dram addresses.trace --mapping mop --model both --json
+  powergs-sim dram addresses.trace --mapping mop --json
   powergs-sim dram addresses.trace --set controller.read-queue=64
 
 A line of a trace is `R 0x1f40 64` (or W), `LD 0x1f40` (or ST), `0x1f40 R`, or
@@ -44,9 +44,6 @@ pub struct Args {
     /// Order of the address fields, instead of the device's
     #[arg(long, value_enum, value_name = "ORDER")]
     pub mapping: Option<MappingName>,
-    /// Level of the model
-    #[arg(long, value_enum, default_value = "banked")]
-    pub model: Model,
     /// Change a key of the device; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
@@ -66,27 +63,6 @@ pub enum MappingName {
     Bg64,
 }
 
-/// Levels of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Model {
-    /// Every command of every bank
-    Banked,
-    /// Counts in windows of 128 KiB: fast, no queues
-    Window,
-    /// Both, and the difference
-    Both,
-}
-
-impl Model {
-    fn levels(self) -> &'static [Level] {
-        match self {
-            Model::Banked => &[Level::Banked],
-            Model::Window => &[Level::Window],
-            Model::Both => &[Level::Banked, Level::Window],
-        }
-    }
-}
-
 /// Runs `dram`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let file = read("DRAM device", &args.device, DRAM, None)?;
@@ -101,21 +77,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             .with_order(order)
             .map_err(|e| Failure::new(Exit::Usage, format!("--mapping: {}: {e}", file.origin)))?;
     }
-    let Some(results) = simulate(args, &device, context)? else { return Ok(Exit::Interrupted) };
+    let Some(found) = simulate(args, &device, context)? else { return Ok(Exit::Interrupted) };
     if context.global.json {
-        out::json(&powergs_report::dram::json(&device, args.mode, &results))?;
+        out::json(&powergs_report::dram::json(&device, args.mode, &found))?;
     } else if !context.global.quiet {
-        out::document(&table::document(args, &device, &results))?;
+        out::document(&table::document(args, &device, &found))?;
     }
     Ok(Exit::Done)
 }
 
-/// Streams the trace through the levels at once; `None` after Ctrl-C.
-fn simulate(
-    args: &Args,
-    device: &Device,
-    context: &Context,
-) -> Result<Option<Vec<LevelRun>>, Failure> {
+/// Streams the trace through the device; `None` after Ctrl-C.
+fn simulate(args: &Args, device: &Device, context: &Context) -> Result<Option<StreamRun>, Failure> {
     let shown = args.trace.display();
     let (input, kib) = open(args)?;
     let progress = Progress::new(context, kib, "KiB");
@@ -129,8 +101,8 @@ fn simulate(
             beyond += u64::from(last >= capacity);
         }
     });
-    let found = run_levels(device, args.mode, args.model.levels(), counted, cancelled)
-        .or_exit(Exit::BadInput, &shown)?;
+    let found =
+        run_stream(device, args.mode, counted, cancelled).or_exit(Exit::BadInput, &shown)?;
     let has_cycles = requests.with_cycles() > 0;
     drop(requests);
     drop(progress);

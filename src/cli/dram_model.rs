@@ -10,8 +10,6 @@ pub enum DramModelArg {
     Bandwidth,
     /// One server with rates and latencies as a banked run of the frame has them.
     Calibrated,
-    /// The device, counted in windows of requests.
-    Window,
     /// The device, with its banks, rows, queues and timings.
     Banked,
 }
@@ -26,7 +24,6 @@ impl DramModelArg {
         match self {
             DramModelArg::Bandwidth => "bandwidth",
             DramModelArg::Calibrated => "calibrated",
-            DramModelArg::Window => "window",
             DramModelArg::Banked => "banked",
         }
     }

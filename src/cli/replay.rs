@@ -71,7 +71,7 @@ pub struct Args {
     #[arg(long)]
     pub reference_padding: bool,
     /// DRAM model, in place of the machine's; both: banked, and its difference to
-    /// window
+    /// calibrated
     #[arg(long, value_enum, value_name = "MODEL")]
     pub dram_model: Option<DramArg>,
     /// Frames, spread over the trace, on which doubling each resource is tried; 0:
@@ -112,11 +112,9 @@ pub enum DramArg {
     Bandwidth,
     /// One server with rates and latencies as a banked run of the frame has them.
     Calibrated,
-    /// The device, counted in windows of requests.
-    Window,
     /// The device, with its banks, rows, queues and timings.
     Banked,
-    /// `banked`, and what `window` makes of the same frames.
+    /// `banked`, and what `calibrated` makes of the same frames.
     Both,
 }
 
@@ -126,7 +124,6 @@ impl DramArg {
         match self {
             DramArg::Bandwidth => "bandwidth",
             DramArg::Calibrated => "calibrated",
-            DramArg::Window => "window",
             DramArg::Banked | DramArg::Both => "banked",
         }
     }
@@ -213,7 +210,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         display_fps: args.fps,
         what_if_frames: args.what_if,
         calibrates_what_if: args.dram_model.is_none(),
-        compares_window: args.dram_model == Some(DramArg::Both),
+        compares_models: args.dram_model == Some(DramArg::Both),
     };
     let facts = replay.facts(&mut trace)?;
     if let Some(asked) = &args.timeline {

@@ -1,4 +1,4 @@
-//! How far the DRAM models `calibrated`, `window` and `bandwidth` are from `banked`, on random
+//! How far the DRAM models `calibrated` and `bandwidth` are from `banked`, on random
 //! machines: the table in `docs/dram.md`.
 //!
 //! ```console
@@ -17,7 +17,7 @@ use std::time::Instant;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, RunError, Session, Subject, System, SystemSpec, TraceFile};
 
-const MODELS: [&str; 4] = ["banked", "calibrated", "window", "bandwidth"];
+const MODELS: [&str; 3] = ["banked", "calibrated", "bandwidth"];
 
 /// Machines that differ by more are listed.
 const LISTED: f64 = 0.12;

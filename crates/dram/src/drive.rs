@@ -18,7 +18,6 @@ use std::str::FromStr;
 use super::banked::{AddressRange, Banked, LatencyFrom, Request};
 use super::device::Device;
 use super::stats::Stats;
-use super::windowed::Windowed;
 
 use powergs_base::quantity::Bytes;
 
@@ -212,70 +211,6 @@ pub fn banked(device: &Device, mode: Mode, stream: impl IntoIterator<Item = Acce
         drive.take(access);
     }
     drive.finish().0
-}
-
-/// Runs a stream at level `window`. It has no queues: a read begins when the one that is as many
-/// before it as may be in flight has its data; in `sat` and `lookN` these are as many as 64-byte
-/// blocks fit the window.
-#[derive(Debug)]
-pub struct WindowDrive {
-    memory: Windowed,
-    mode: Mode,
-    per_byte: f64,
-    /// When the last reads had their data, by number modulo the length.
-    reads: Vec<u64>,
-    n_reads: usize,
-    taken: usize,
-    bytes: u64,
-    end: u64,
-}
-
-impl WindowDrive {
-    /// An idle memory in a mode.
-    pub fn new(device: &Device, mode: Mode) -> WindowDrive {
-        let front = device_for(device, mode).front_end;
-        let in_flight = match front.reads_in_flight {
-            0 => (front.window.0 / 64).max(1) as usize,
-            n => n as usize,
-        };
-        WindowDrive {
-            memory: Windowed::new(device),
-            mode,
-            per_byte: per_byte(device, mode),
-            reads: vec![0; in_flight],
-            n_reads: 0,
-            taken: 0,
-            bytes: 0,
-            end: 0,
-        }
-    }
-
-    /// Whether the mode takes no more requests.
-    pub fn is_full(&self) -> bool {
-        self.mode == Mode::Idle && self.taken >= IDLE_REQUESTS
-    }
-
-    /// Takes the next request of the stream.
-    pub fn take(&mut self, access: Access) {
-        let slot = self.n_reads % self.reads.len();
-        let arrival = match self.mode {
-            Mode::Rate(_) => (self.bytes as f64 * self.per_byte).ceil() as u64,
-            Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => self.reads[slot],
-        };
-        let done = self.memory.serve(arrival, access.write, 0, [access.range()]);
-        if !access.write {
-            self.reads[slot] = done;
-            self.n_reads += 1;
-        }
-        self.end = self.end.max(done);
-        self.bytes += u64::from(access.bytes);
-        self.taken += 1;
-    }
-
-    /// Time and activity of the run.
-    pub fn finish(self) -> Run {
-        Run { cycles: self.end, stats: self.memory.stats() }
-    }
 }
 
 fn per_byte(device: &Device, mode: Mode) -> f64 {

@@ -98,7 +98,7 @@ is `throughput_fps` |
 | `deadline_misses` | frames that took longer than 1 / `fps` |
 | `bottleneck` | which unit leads and works, or waits for what, as shares of the frame |
 | `what_if` | time and energy of some frames with each resource doubled (`--what-if`) |
-| `dram_models` | `window` against `banked` (`--dram-model both`) |
+| `dram_models` | `calibrated` against `banked` (`--dram-model both`) |
 | `roofline` | peaks, and FLOP per byte and FLOP/s of the stages |
 | `not_modelled` | effects that are left out, with the sign of the bias ([limits.md](limits.md)) |
 | `assumptions_that_mattered` | those that mattered most in this run, with the reason |

@@ -1,36 +1,11 @@
 //! A memory device alone on a list of requests, as JSON.
 
-use powergs_dram::levels::LevelRun;
+use powergs_dram::stream::StreamRun;
 use powergs_dram::{Device, Mode};
 use serde_json::{Value, json};
 
-/// The run of a device at one level or two, with the difference of the second to the first.
-///
-/// # Panics
-/// Without results.
-pub fn json(device: &Device, mode: Mode, results: &[LevelRun]) -> Value {
-    let first = &results[0];
-    let mut value = one_json(device, first);
-    let map = value.as_object_mut().expect("an object");
-    map.insert("device".to_owned(), json!(device.name));
-    map.insert("mode".to_owned(), json!(mode.to_string()));
-    map.insert("model".to_owned(), json!(first.level.name()));
-    if let [banked, window] = results {
-        map.insert("window".to_owned(), one_json(device, window));
-        let change = |f: fn(&Device, &LevelRun) -> f64| f(device, window) / f(device, banked) - 1.0;
-        map.insert(
-            "window_error".to_owned(),
-            json!({
-                "time": change(|d, r| d.ns(r.run.cycles)),
-                "row_hit_rate": window.run.stats.row_hit_rate() - banked.run.stats.row_hit_rate(),
-                "energy": change(|_, r| r.energy.total().0),
-            }),
-        );
-    }
-    value
-}
-
-fn one_json(device: &Device, result: &LevelRun) -> Value {
+/// The run of a device.
+pub fn json(device: &Device, mode: Mode, result: &StreamRun) -> Value {
     let (stats, total) = (&result.run.stats, &result.run.stats.total);
     let time_ns = device.ns(result.run.cycles);
     let period = device.clock_period.0;
@@ -49,6 +24,9 @@ fn one_json(device: &Device, result: &LevelRun) -> Value {
     energy.insert("total".to_owned(), json!(result.energy.total().0));
     let per = |bytes: u64| if time_ns > 0.0 { bytes as f64 / time_ns } else { 0.0 };
     json!({
+        "device": device.name,
+        "mode": mode.to_string(),
+        "model": "banked",
         "time_ns": time_ns,
         "bandwidth_gb_s": per(total.requested_bytes()),
         "bus_bandwidth_gb_s": per(total.bursts * device.organisation.burst.0),
@@ -77,6 +55,6 @@ fn one_json(device: &Device, result: &LevelRun) -> Value {
 }
 
 /// Part of the run for which a bus was busy.
-pub fn share(cycles: f64, result: &LevelRun) -> f64 {
+pub fn share(cycles: f64, result: &StreamRun) -> f64 {
     if result.run.cycles == 0 { 0.0 } else { cycles / result.run.cycles as f64 }
 }

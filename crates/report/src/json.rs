@@ -127,9 +127,9 @@ fn dram_models(run: &Run) -> Json {
     let Some(models) = run.experiments.dram_models else { return Json::Null };
     let [time, bytes] = models.differences();
     json!({
-        "window_frame_time_ms": models.window_ms,
+        "calibrated_frame_time_ms": models.calibrated_ms,
         "banked_frame_time_ms": models.banked_ms,
-        "window_moved_bytes": models.window_bytes,
+        "calibrated_moved_bytes": models.calibrated_bytes,
         "banked_moved_bytes": models.banked_bytes,
         "frame_time_difference_frac": time,
         "moved_bytes_difference_frac": bytes,

@@ -452,7 +452,7 @@ fn doubled(experiment: &WhatIf, steps: &[&Step], shown: Frame) -> Table {
 /// Two models of the DRAM in a sentence.
 fn dram_models(models: &DramModels) -> String {
     let [time, bytes] = models.differences().map(|d| format!("{:+.2} %", d * 100.0));
-    format!("DRAM model `window` against `banked`: time {time}, bytes moved {bytes}.")
+    format!("DRAM model `calibrated` against `banked`: time {time}, bytes moved {bytes}.")
         .replace('`', "")
 }
 

@@ -160,12 +160,12 @@ fn what_if() -> Map<String, Json> {
 
 fn dram_models() -> Map<String, Json> {
     map([
-        ("window_frame_time_ms", plain("number", "Frame time of the `window` model, ms.")),
+        ("calibrated_frame_time_ms", plain("number", "Frame time of the `calibrated` model, ms.")),
         ("banked_frame_time_ms", plain("number", "Frame time of the `banked` model, ms.")),
-        ("window_moved_bytes", plain("number", "Bytes that the `window` model moved, B.")),
+        ("calibrated_moved_bytes", plain("number", "Bytes that the `calibrated` model moved, B.")),
         ("banked_moved_bytes", plain("number", "Bytes that the `banked` model moved, B.")),
-        ("frame_time_difference_frac", plain("number", "`window` over `banked`, less 1.")),
-        ("moved_bytes_difference_frac", plain("number", "`window` over `banked`, less 1.")),
+        ("frame_time_difference_frac", plain("number", "`calibrated` over `banked`, less 1.")),
+        ("moved_bytes_difference_frac", plain("number", "`calibrated` over `banked`, less 1.")),
     ])
 }
 

@@ -4,6 +4,7 @@
 mod doubling;
 mod prices;
 
+use powergs_core::accel::machine::DramModel;
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};
@@ -26,8 +27,8 @@ pub struct Replay<'a> {
     pub what_if_frames: usize,
     /// Whether doubling is tried with the `calibrated` model where the machine has `banked`.
     pub calibrates_what_if: bool,
-    /// Whether the `window` model of the DRAM sees the same frames; the machine has another.
-    pub compares_window: bool,
+    /// Whether the `calibrated` model of the DRAM sees the same frames; the machine has `banked`.
+    pub compares_models: bool,
 }
 
 /// What is kept of one machine's frames.
@@ -83,12 +84,12 @@ impl Replay<'_> {
     /// Simulates all frames, or as many as were done when it was cancelled.
     ///
     /// # Errors
-    /// [`RunError::Config`]: the machine cannot have the `window` model; otherwise as
+    /// [`RunError::Config`]: the machine cannot have the `calibrated` model; otherwise as
     /// [`Session::fold`].
     pub fn run(&self, frames: &mut dyn Frames, watch: &dyn Watch) -> Result<Run, RunError> {
         let facts = self.facts(frames)?;
         let tried = spread(frames.range(), frames.eyes(), self.what_if_frames);
-        let (mut subjects, mut doubling, mut window) = (Vec::new(), None, None);
+        let (mut subjects, mut doubling, mut compared) = (Vec::new(), None, None);
         let mut calibrated = None;
         match self.target {
             Target::System(system) => {
@@ -98,8 +99,9 @@ impl Replay<'_> {
                 }
                 let base = calibrated.as_ref().unwrap_or(system);
                 doubling = (!tried.is_empty()).then(|| Doubling::of(base));
-                if self.compares_window {
-                    window = Some(system.with(&[Change::machine("dram.model", "window")])?);
+                if self.compares_models {
+                    let model = DramModel::Calibrated.name();
+                    compared = Some(system.with(&[Change::machine("dram.model", model)])?);
                 }
             }
             Target::Paper(model) => subjects.push(Subject::paper(model)),
@@ -107,15 +109,15 @@ impl Replay<'_> {
         let doubled = doubling.iter().flat_map(|doubling| &doubling.systems);
         subjects.extend(doubled.map(|system| Subject::of(system).only(&tried)));
         subjects.extend(calibrated.iter().map(|system| Subject::of(system).only(&tried)));
-        subjects.extend(window.iter().map(Subject::of));
+        subjects.extend(compared.iter().map(Subject::of));
         let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
         let folded = Session::new(frames, watch).fold(&subjects, start, Kept::add)?;
         drop(subjects);
         let mut kept = folded.states.into_iter();
         let main = kept.next().expect("the first subject");
         let mut others: Vec<Vec<FrameReport>> = kept.map(|kept| kept.reports).collect();
-        let window = window.is_some().then(|| others.pop().expect("the last subject"));
-        let dram_models = window.and_then(|window| dram_models(&main.reports, &window));
+        let compared = compared.is_some().then(|| others.pop().expect("the last subject"));
+        let dram_models = compared.and_then(|compared| dram_models(&main.reports, &compared));
         let base = calibrated.is_some().then(|| others.pop().expect("the one before it"));
         let is_calibrated = base.is_some();
         let base = base.as_ref().unwrap_or(&main.reports);
@@ -152,7 +154,7 @@ pub fn on_each(
             display_fps,
             what_if_frames: 0,
             calibrates_what_if: false,
-            compares_window: false,
+            compares_models: false,
         }
         .facts(frames)
     };
@@ -172,8 +174,8 @@ pub fn on_each(
     Ok(systems.iter().zip(facts).zip(folded.states).map(run).collect())
 }
 
-/// The same frames with the DRAM in windows and with its banks; `None` without a frame.
-fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramModels> {
+/// The same frames with the `calibrated` DRAM and with its banks; `None` without a frame.
+fn dram_models(banked: &[FrameReport], calibrated: &[FrameReport]) -> Option<DramModels> {
     let moved = |report: &FrameReport| {
         let Some(timing) = report.timing() else { return 0.0 };
         let bursts = |c: &DramCommands| {
@@ -181,15 +183,15 @@ fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramMod
         };
         timing.dram.commands.as_ref().map_or(0, bursts) as f64
     };
-    let n = window.len();
+    let n = calibrated.len();
     let mean = |reports: &[FrameReport], of: &dyn Fn(&FrameReport) -> f64| {
         reports.iter().take(n).map(of).sum::<f64>() / n as f64
     };
     let time = |report: &FrameReport| report.frame_time_s().unwrap_or(0.0) * 1e3;
     (n > 0).then(|| DramModels {
-        window_ms: mean(window, &time),
+        calibrated_ms: mean(calibrated, &time),
         banked_ms: mean(banked, &time),
-        window_bytes: mean(window, &moved),
+        calibrated_bytes: mean(calibrated, &moved),
         banked_bytes: mean(banked, &moved),
     })
 }

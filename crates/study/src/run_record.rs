@@ -206,24 +206,24 @@ pub struct Experiments {
     pub prices: Option<PriceBars>,
 }
 
-/// The same frames with the DRAM in windows and with its banks.
+/// The same frames with the `calibrated` DRAM and with its banks.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DramModels {
-    /// Frame time of the `window` model, milliseconds, mean over the frames.
-    pub window_ms: f64,
+    /// Frame time of the `calibrated` model, milliseconds, mean over the frames.
+    pub calibrated_ms: f64,
     /// Frame time of the `banked` model, milliseconds, mean over the frames.
     pub banked_ms: f64,
-    /// Bytes that the `window` model moved, mean over the frames.
-    pub window_bytes: f64,
+    /// Bytes that the `calibrated` model moved, mean over the frames.
+    pub calibrated_bytes: f64,
     /// Bytes that the `banked` model moved, mean over the frames.
     pub banked_bytes: f64,
 }
 
 impl DramModels {
-    /// `window` against `banked`: relative differences of time and of bytes moved.
+    /// `calibrated` against `banked`: relative differences of time and of bytes moved.
     pub fn differences(&self) -> [f64; 2] {
-        let of = |window: f64, banked: f64| if banked == 0.0 { 0.0 } else { window / banked - 1.0 };
-        [of(self.window_ms, self.banked_ms), of(self.window_bytes, self.banked_bytes)]
+        let of = |other: f64, banked: f64| if banked == 0.0 { 0.0 } else { other / banked - 1.0 };
+        [of(self.calibrated_ms, self.banked_ms), of(self.calibrated_bytes, self.banked_bytes)]
     }
 }
 

@@ -4,12 +4,12 @@ use powergs_report::dram::share;
 
 use super::Args;
 use powergs_dram::Device;
-use powergs_dram::levels::LevelRun;
+use powergs_dram::stream::StreamRun;
 use powergs_report::document::{Cell, Column, Document, Table};
 use powergs_report::format::engineering;
 
-/// The run at one or two levels, a column each.
-pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Document {
+/// The run.
+pub(super) fn document(args: &Args, device: &Device, result: &StreamRun) -> Document {
     let (o, name) = (&device.organisation, &device.name);
     let pins = format!(
         "{} pins of {:.2} Gb/s",
@@ -18,14 +18,12 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
     );
     let title =
         format!("{name}, {:.1} GB/s peak on {pins}, mode {}", device.peak_gb_s(), args.mode);
-    let columns = results.iter().map(|r| Column::count(r.level.name()));
-    let mut table = Table::new([Column::text("")].into_iter().chain(columns));
-    let mut row = |name: &str, value: &dyn Fn(&LevelRun) -> String| {
-        let cells = results.iter().map(|r| Cell::from(value(r)));
-        table.row([Cell::from(name)].into_iter().chain(cells));
+    let mut table = Table::new([Column::text(""), Column::count("banked")]);
+    let mut row = |name: &str, value: &dyn Fn(&StreamRun) -> String| {
+        table.row([Cell::from(name), Cell::from(value(result))]);
     };
-    let total = |r: &LevelRun| r.run.stats.total;
-    let ns = |r: &LevelRun| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
+    let total = |r: &StreamRun| r.run.stats.total;
+    let ns = |r: &StreamRun| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
     let period = device.clock_period.0;
     row("time", &|r| engineering(device.ns(r.run.cycles) * 1e-9, "s"));
     row("requested", &|r| bytes(total(r).requested_bytes()));
@@ -34,7 +32,7 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
     row("data bus busy", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_mean, r)));
     row("busiest data bus", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_max as f64, r)));
     row("row-hit rate", &|r| format!("{:.4}", r.run.stats.row_hit_rate()));
-    if results.iter().any(|r| r.run.stats.latency.count() > 0) {
+    if result.run.stats.latency.count() > 0 {
         row("read latency, mean", &|r| format!("{:.1} ns", r.run.stats.latency.mean() * period));
         for (name, fraction) in [("  p50", 0.5), ("  p95", 0.95), ("  p99", 0.99)] {
             row(name, &|r| {
@@ -42,14 +40,14 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
             });
         }
     }
-    for (i, (name, _)) in results[0].run.stats.commands().into_iter().enumerate() {
-        if results.iter().any(|r| r.run.stats.commands()[i].1 > 0) {
+    for (i, (name, _)) in result.run.stats.commands().into_iter().enumerate() {
+        if result.run.stats.commands()[i].1 > 0 {
             row(name, &|r| r.run.stats.commands()[i].1.to_string());
         }
     }
     row("energy", &|r| engineering(r.energy.total().0 * 1e-12, "J"));
-    for (i, (name, _)) in results[0].energy.parts().into_iter().enumerate() {
-        if results.iter().any(|r| r.energy.parts()[i].1.0 > 0.0) {
+    for (i, (name, _)) in result.energy.parts().into_iter().enumerate() {
+        if result.energy.parts()[i].1.0 > 0.0 {
             row(&format!("  {}", name.replace('_', " ")), &|r| {
                 let total = r.energy.total().0.max(f64::MIN_POSITIVE);
                 let part = r.energy.parts()[i].1.0;
@@ -68,13 +66,6 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
          refresh included, so that a byte costs less the faster requests arrive. replay prices \
          bytes with the energy table of its machine, and standby apart.",
     );
-    if let [banked, window] = results {
-        let change = 100.0 * (ns(window) / ns(banked) - 1.0);
-        let energy = 100.0 * (window.energy.total().0 / banked.energy.total().0 - 1.0);
-        page.paragraph(format!(
-            "window against banked: time {change:+.1} %, energy {energy:+.1} %"
-        ));
-    }
     page
 }
 

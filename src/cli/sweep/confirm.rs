@@ -44,7 +44,7 @@ pub fn most(asked: Option<u16>, sweep: &OpenedSweep<'_>) -> u16 {
                     "the sweep varies `dram.model`"
                 }
                 DramModel::Banked => "designs are simulated with `banked` already",
-                DramModel::Bandwidth | DramModel::Window | DramModel::Calibrated => {
+                DramModel::Bandwidth | DramModel::Calibrated => {
                     "designs do not have the DRAM model `calibrated`"
                 }
             };

@@ -61,10 +61,7 @@ fn bash_completes_at_every_level() {
     let cases: &[(&str, &[&str])] = &[
         ("powergs-sim rep", &["replay"]),
         ("powergs-sim replay --ar", &["--arch"]),
-        (
-            "powergs-sim replay --dram-model ",
-            &["bandwidth", "calibrated", "window", "banked", "both"],
-        ),
+        ("powergs-sim replay --dram-model ", &["bandwidth", "calibrated", "banked", "both"]),
         ("powergs-sim replay scene.bin --arch gscore-1", &["gscore-16core"]),
         ("powergs-sim replay scene.bin --arch|=|gscore-1", &["gscore-16core"]),
         ("powergs-sim replay scene.bin --arch mi", &["mine.toml"]),

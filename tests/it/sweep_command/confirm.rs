@@ -168,7 +168,7 @@ fn what_cannot_be_confirmed_is_said() {
     let part = bench.sweep(&["--out", "one", "--shard", "1/2", "--confirm", "3"]).assert();
     part.code(2).stderr(contains("sweep merge"));
     assert!(!bench.path("one").exists());
-    for (model, why) in [("banked", "`banked` already"), ("window", "model `calibrated`")] {
+    for (model, why) in [("banked", "`banked` already"), ("bandwidth", "model `calibrated`")] {
         let arguments = ["--frames", "0..1", "--dram-model", model, "--confirm", "3"];
         let run = bench.sweep(&["--points", "2", "--out", model]).args(arguments).assert();
         run.success().stderr(contains("nothing to confirm").and(contains(why)));

@@ -3,8 +3,8 @@
 //! A file with a base is put on the text of that base, statement by statement, comments and all.
 //! What comes out is one complete text: every reader of configurations takes it as any other. Lines
 //! know where they stand by comments like `#line 12 gscore`: the next line is line 12 of `gscore`,
-//! the ones after it follow. [`Place`](super::error::Place) reads them, so that errors name the
-//! file and the line in which a value was written.
+//! the ones after it follow. [`Place`] reads them, so that errors name the file and the line in
+//! which a value was written.
 //!
 //! The rules: a value takes the place of that of the base; tables are merged key by key, inline
 //! ones too; lists are replaced whole. `name` and `description` are never those of the base. A

@@ -1,6 +1,6 @@
 //! The memory as the units see it: requests are issued, and complete in a later cycle.
 //!
-//! With the `bandwidth` and `window` models the cycle of completion is known when a request is
+//! With the `bandwidth` and `calibrated` models the cycle of completion is known when a request is
 //! issued. With the `banked` model it is known only when the request completes, because the
 //! controller may serve later requests first.
 
@@ -14,7 +14,7 @@ use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::Traffic;
 use crate::workload::FrameWorkload;
-use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands, Windowed};
+use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands};
 use std::iter;
 
 /// No cycle.
@@ -64,7 +64,6 @@ pub struct Memory<'a> {
 /// The DRAM model.
 enum Timer {
     Flat(Box<Channel>),
-    Window(Box<Windowed>, Clocks),
     Banked(Box<Queued>, Clocks),
 }
 
@@ -107,9 +106,6 @@ struct Queued {
 
 /// Marks tickets of the second master: the other bits are the number of its request.
 const MASTERS: u32 = 1 << 31;
-
-/// Bytes of the second master that may be under way where requests are served in order.
-const IN_ORDER: u64 = 128 << 10;
 
 /// The class of its requests in statistics, behind those of the streams.
 const MASTER_CLASS: u8 = Stream::COUNT as u8;
@@ -160,21 +156,14 @@ impl<'a> Memory<'a> {
     ) -> Self {
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
         let spec = &machine.dram.second_master;
-        let of = |clocks: Clocks, least| SecondMaster::new(spec, layout.end(), clocks.ck_fs, least);
         let mut master = None;
         let timer = match machine.dram.model {
             DramModel::Bandwidth | DramModel::Calibrated => {
                 Timer::Flat(Box::new(Channel::new(flat)))
             }
-            DramModel::Window => {
-                let memory = Box::new(Windowed::new(device()));
-                let clocks = Clocks::new(machine, device());
-                master = of(clocks, IN_ORDER);
-                Timer::Window(memory, clocks)
-            }
             DramModel::Banked => {
                 let clocks = Clocks::new(machine, device());
-                master = of(clocks, 0);
+                master = SecondMaster::new(spec, layout.end(), clocks.ck_fs);
                 let device = Banked::new(device());
                 // The frame may end while requests of the second master are under way.
                 let device = if master.is_some() { device.in_time() } else { device };
@@ -186,7 +175,7 @@ impl<'a> Memory<'a> {
         let share = match machine.dram.model {
             DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
             DramModel::Calibrated => (0.0, spec.rate.0 / machine.clock.0),
-            DramModel::Window | DramModel::Banked => (0.0, 0.0),
+            DramModel::Banked => (0.0, 0.0),
         };
         let (traffic, samples) = (Traffic::default(), Vec::new());
         Memory { workload, layout, traffic, timer, master, share, calibration, samples, frame: 0 }
@@ -221,7 +210,7 @@ impl<'a> Memory<'a> {
             Timer::Flat(channel) if !O::WANTS_REQUESTS => {
                 Arrival(channel.serve(now, stream, bytes))
             }
-            Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => {
+            Timer::Flat(_) | Timer::Banked(..) => {
                 let span = span(&self.layout);
                 self.tell(&request, &span, observer);
                 self.issue_at(now, request, span)
@@ -231,20 +220,9 @@ impl<'a> Memory<'a> {
 
     /// Issues a request to a memory that may depend on addresses.
     fn issue_at(&mut self, now: u64, request: Request, span: AccessPattern) -> Arrival {
-        let (layout, workload) = (&self.layout, self.workload);
         let (class, write) = (request.stream as u8, request.stream.is_write());
         match &mut self.timer {
             Timer::Flat(channel) => Arrival(channel.serve(now, request.stream, request.bytes)),
-            Timer::Window(device, clocks) => {
-                let mut cursor = 0;
-                let pieces = iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
-                let at = clocks.ck_from(now);
-                if let Some(master) = &mut self.master {
-                    serve_until(master, device, at);
-                }
-                let done = device.serve(at, write, class, pieces);
-                Arrival(clocks.cycle(done).max(now + 1))
-            }
             Timer::Banked(queued, clocks) => {
                 let number = queued.requests.len();
                 queued.open += 1;
@@ -277,7 +255,7 @@ impl<'a> Memory<'a> {
             Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {
                 queued.requests[(arrival.0 & !UNKNOWN) as usize].3
             }
-            Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => arrival.0,
+            Timer::Flat(_) | Timer::Banked(..) => arrival.0,
         }
     }
 
@@ -345,9 +323,6 @@ impl<'a> Memory<'a> {
     pub(crate) fn close(&mut self, frame: u64) {
         self.frame = frame;
         match (&mut self.timer, &mut self.master) {
-            (Timer::Window(device, clocks), Some(master)) => {
-                serve_until(master, device, clocks.ck_until(frame));
-            }
             (Timer::Banked(..), Some(_)) => while self.advance(frame).is_some() {},
             (Timer::Flat(_), _) | (_, None) => {}
         }
@@ -357,7 +332,7 @@ impl<'a> Memory<'a> {
     pub(crate) fn flat(&self) -> Option<(&Channel, Traffic)> {
         match &self.timer {
             Timer::Flat(channel) => Some((channel, self.traffic)),
-            Timer::Window(..) | Timer::Banked(..) => None,
+            Timer::Banked(..) => None,
         }
     }
 
@@ -411,9 +386,6 @@ impl<'a> Memory<'a> {
                     None => usage,
                 }
             }
-            Timer::Window(device, clocks) => {
-                device_usage(&device.stats(), *clocks, device.burst_bytes())
-            }
             Timer::Banked(queued, clocks) => {
                 let issued = queued.requests.len() as u64;
                 let mut usage =
@@ -434,16 +406,6 @@ impl<'a> Memory<'a> {
 fn ticket(number: u64) -> u32 {
     let number = u32::try_from(number).ok().filter(|n| n & MASTERS == 0);
     number.expect("fewer than 2^31 requests in a frame")
-}
-
-/// Serves the requests of the second master that arrive until a CK.
-fn serve_until(master: &mut SecondMaster, device: &mut Windowed, until: u64) {
-    while master.next_arrival() <= until {
-        let (number, request) = master.take();
-        let piece = iter::once(request.piece);
-        let done = device.serve(request.arrival, request.write, MASTER_CLASS, piece);
-        master.done(number, done);
-    }
 }
 
 fn device_usage(stats: &powergs_dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {

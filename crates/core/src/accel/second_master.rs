@@ -4,10 +4,8 @@
 //! `stream` goes through a region of its own from front to back, again and again; `random` jumps in
 //! it, in an order that is the same in every frame. A request that finds `in-flight` others under
 //! way waits until the oldest of them is done, and the requests that fell due meanwhile follow at
-//! once. With the `window` and `banked` models the requests take their places among those of the
-//! accelerator by arrival; the `bandwidth` model takes their share off its rate. The `window` model
-//! serves in order, so that a request is done when everything before it is: there 128 KiB may be
-//! under way.
+//! once. With the `banked` model the requests take their places among those of the accelerator by
+//! arrival; the `bandwidth` model takes their share off its rate.
 
 use super::machine::{AccessOrder, SecondMasterSpec};
 use powergs_dram::AddressRange;
@@ -74,17 +72,12 @@ pub(super) struct SecondMaster {
 
 impl SecondMaster {
     /// The second master of a machine, on a region that begins at or after `base`; `None` where
-    /// there is none. `least` bytes of it may be under way at any rate.
-    pub(super) fn new(
-        spec: &SecondMasterSpec,
-        base: u64,
-        ck_fs: u64,
-        least: u64,
-    ) -> Option<SecondMaster> {
+    /// there is none.
+    pub(super) fn new(spec: &SecondMasterSpec, base: u64, ck_fs: u64) -> Option<SecondMaster> {
         let period = spec.request.0 as f64 / spec.rate.0 * 1e15;
         spec.is_on().then(|| SecondMaster {
             spec: spec.clone(),
-            most: u64::from(spec.in_flight).max(least / spec.request.0),
+            most: u64::from(spec.in_flight),
             base: base.next_multiple_of(REGION),
             period_fs: (period.round() as u128).max(1),
             ck_fs: u128::from(ck_fs),

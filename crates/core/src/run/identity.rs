@@ -80,7 +80,7 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         DramModel::Bandwidth => {
             add(serde_json::to_vec(&(model, machine.dram_peak(), efficiency, latency)));
         }
-        DramModel::Calibrated | DramModel::Window | DramModel::Banked => {
+        DramModel::Calibrated | DramModel::Banked => {
             add(serde_json::to_vec(&(model, channels, mapping, controller_latency)));
             bytes.extend(device.unwrap_or_default().to_le_bytes());
         }

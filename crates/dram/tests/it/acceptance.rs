@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::hash::Hasher;
 
-use powergs_dram::drive::{Access, WindowDrive, banked};
+use powergs_dram::drive::{Access, banked};
 use powergs_dram::{Device, Mode};
 
 use super::device;
@@ -99,24 +99,16 @@ struct Error {
     time: f64,
     hits: f64,
     latency: Option<f64>,
-    window: f64,
 }
 
 fn compare(device: &Device, row: &Row, stream: &[Access]) -> Error {
     let mode: Mode = row.mode.parse().expect("a mode");
     let run = banked(device, mode, stream.iter().copied());
-    let mut drive = WindowDrive::new(device, mode);
-    for access in stream {
-        if !drive.is_full() {
-            drive.take(*access);
-        }
-    }
     let latency = run.stats.latency.mean() * device.clock_period.0;
     Error {
         time: device.ns(run.cycles) / row.time_ns - 1.0,
         hits: run.stats.row_hit_rate() - row.row_hit_rate,
         latency: row.latency_ns.map(|l| latency / l - 1.0),
-        window: device.ns(drive.finish().cycles) / row.time_ns - 1.0,
     }
 }
 
@@ -130,10 +122,8 @@ fn check(config: &str, mode: &str, errors: &[Error]) {
     let time = mean_and_worst(errors.iter().map(|e| e.time));
     let hits = mean_and_worst(errors.iter().map(|e| e.hits));
     let latency = mean_and_worst(errors.iter().filter_map(|e| e.latency));
-    let window = mean_and_worst(errors.iter().map(|e| e.window));
     eprintln!(
-        "| {config} | {mode} | {} | {:.2} / {:.2} | {:.4} / {:.4} | {:.1} / {:.1} | {:.1} / {:.1} \
-         |",
+        "| {config} | {mode} | {} | {:.2} / {:.2} | {:.4} / {:.4} | {:.1} / {:.1} |",
         errors.len(),
         100.0 * time.0,
         100.0 * time.1,
@@ -141,8 +131,6 @@ fn check(config: &str, mode: &str, errors: &[Error]) {
         hits.1,
         100.0 * latency.0,
         100.0 * latency.1,
-        100.0 * window.0,
-        100.0 * window.1,
     );
     // Public simulators differ from each other by 2 to 4 % in the mean: see docs/dram.md.
     let worst = if config.starts_with("hbm2") { 0.08 } else { 0.05 };

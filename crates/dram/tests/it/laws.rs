@@ -1,12 +1,11 @@
 //! Laws of the memory: causality, order, bounds in closed form.
 
 use powergs_dram::banked::{AddressRange, Banked, Request};
-use powergs_dram::drive::{Access, WindowDrive, banked};
-use powergs_dram::levels::{Level, run_levels};
-use powergs_dram::{Device, Mode, Windowed};
+use powergs_dram::drive::{Access, banked};
+use powergs_dram::stream::run_stream;
+use powergs_dram::{Device, Mode};
 
 use super::device;
-use super::streams::stream;
 use super::streams::traffic;
 
 /// Completions of requests that all arrive where they say, and the statistics.
@@ -182,53 +181,17 @@ fn runs_are_the_same_every_time() {
 }
 
 #[test]
-fn the_window_level_serves_in_order_and_never_above_the_peak() {
+fn a_stream_ends_with_its_first_error_or_a_cancellation() {
     let device = device("lpddr4-3200-x16x8", &[]);
-    let mut memory = Windowed::new(&device);
-    let mut free = 0;
-    let mut bytes = 0;
-    for access in traffic(3, 20_000, 3) {
-        let done = memory.serve(0, access.write, 2, [access.range()]);
-        if access.write {
-            assert!(done >= free);
-            free = done;
-        }
-        bytes += u64::from(access.bytes);
-    }
-    let stats = memory.stats();
-    assert_eq!(stats.total.requested_bytes(), bytes);
-    assert_eq!(stats.classes[2].bursts, stats.total.bursts);
-    let moved = stats.total.moved_bytes as f64;
-    assert!(moved <= device.ns(stats.until) * device.peak_gb_s(), "faster than its buses");
-}
-
-#[test]
-fn the_window_level_is_near_on_streams() {
-    let device = device("lpddr4-3200-x16x8", &[]);
-    let accesses = stream("gs_raster64");
-    let mut drive = WindowDrive::new(&device, Mode::Saturated);
-    accesses.iter().for_each(|a| drive.take(*a));
-    let near = drive.finish().cycles as f64;
-    let exact = banked(&device, Mode::Saturated, accesses).cycles as f64;
-    // Counts know nothing of queues: the specification of the level allows 6.3 % here.
-    assert!((near / exact - 1.0).abs() < 0.063, "{near} {exact}");
-}
-
-#[test]
-fn levels_run_at_once_as_they_do_alone() {
-    let device = device("lpddr4-3200-x16x8", &[]);
-    let run = |levels: &[Level], is_cancelled: fn() -> bool| {
+    let run = |is_cancelled: fn() -> bool| {
         let stream = traffic(3, 9000, 3).into_iter().map(Ok::<_, ()>);
-        run_levels(&device, Mode::Idle, levels, stream, is_cancelled).expect("no errors")
+        run_stream(&device, Mode::Idle, stream, is_cancelled).expect("no errors")
     };
-    let both = run(&[Level::Banked, Level::Window], || false).expect("not cancelled");
     let expected = banked(&device, Mode::Idle, traffic(3, 9000, 3));
-    assert_eq!((both[0].level, &both[0].run), (Level::Banked, &expected));
-    let alone = run(&[Level::Window], || false).expect("not cancelled");
-    assert_eq!((both[1].level, &both[1].run), (Level::Window, &alone[0].run));
-    assert!(run(&[Level::Banked], || true).is_none(), "cancelled");
+    assert_eq!(run(|| false).expect("not cancelled").run, expected);
+    assert!(run(|| true).is_none(), "cancelled");
     let broken = traffic(3, 9, 3).into_iter().map(Ok).chain([Err("line 10")]);
-    let broken = run_levels(&device, Mode::Saturated, &[Level::Window], broken, || false);
+    let broken = run_stream(&device, Mode::Saturated, broken, || false);
     assert_eq!(broken.map(|_| ()), Err("line 10"));
 }
 

@@ -166,8 +166,8 @@ pub struct DramPrices {
     /// where no commands are counted: with `dram.model = "bandwidth"`.
     pub flat: Option<FlatDram>,
     /// The commands of the machine's DRAM device at the prices of that device's file, with
-    /// `dram.model = "banked"`, `"calibrated"` or `"window"` in the machine: `bandwidth` counts no
-    /// commands, and needs `flat`.
+    /// `dram.model = "banked"` or `"calibrated"` in the machine: `bandwidth` counts no commands,
+    /// and needs `flat`.
     #[serde(default, skip_serializing_if = "is_false")]
     pub device: bool,
 }

@@ -34,7 +34,7 @@ fn resources(m: &Machine) -> Vec<Resource> {
         _ => {
             let assumptions: &[&str] = match m.dram.model {
                 DramModel::Bandwidth => &["A4", "A5"],
-                DramModel::Calibrated | DramModel::Window | DramModel::Banked => &["A41"],
+                DramModel::Calibrated | DramModel::Banked => &["A41"],
             };
             resource("dram.channels", vec![twice("dram.channels", m.dram.channels)], assumptions)
         }

@@ -21,7 +21,7 @@ fn replay(system: &System) -> Replay<'_> {
         display_fps: 60.0,
         what_if_frames: 0,
         calibrates_what_if: false,
-        compares_window: false,
+        compares_models: false,
     }
 }
 
@@ -139,8 +139,8 @@ fn two_dram_models_see_the_same_frames() {
         let system = System::named("gscore").expect("a machine");
         system.with(&[Change::machine("dram.model", model)]).expect("a machine")
     };
-    let (banked, window) = (change("banked"), change("window"));
-    let run = Replay { compares_window: true, ..replay(&banked) }.run(&mut frames(3), &());
+    let (banked, calibrated) = (change("banked"), change("calibrated"));
+    let run = Replay { compares_models: true, ..replay(&banked) }.run(&mut frames(3), &());
     let run = run.expect("a run");
     let models = run.experiments.dram_models.expect("both models");
     let times: Vec<f64> =
@@ -149,8 +149,8 @@ fn two_dram_models_see_the_same_frames() {
         alone(&banked).iter().map(|frame| frame.timing().expect("a time").frame as f64).collect();
     assert_eq!(times, expected);
     assert_eq!(models.banked_ms, Cost::of_frames(&alone(&banked), 60.0).frame_time_ms);
-    assert_eq!(models.window_ms, Cost::of_frames(&alone(&window), 60.0).frame_time_ms);
-    assert!(models.window_bytes > 0.0 && models.banked_bytes > 0.0);
+    assert_eq!(models.calibrated_ms, Cost::of_frames(&alone(&calibrated), 60.0).frame_time_ms);
+    assert!(models.calibrated_bytes > 0.0 && models.banked_bytes > 0.0);
 }
 
 #[test]

@@ -171,8 +171,12 @@ fn leaf(value: &DeValue<'_>, sub: &Value) -> Result<(), String> {
         return match value.as_str() {
             Some(text) if choices.contains(&text) => Ok(()),
             given => {
-                let near = nearest(given.unwrap_or(""), choices.iter().copied());
+                let given = given.unwrap_or("");
+                let near = nearest(given, choices.iter().copied());
                 let hint = near.map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
+                let gone = sub.get("x-gone").and_then(|gone| gone.get(given)?.as_str());
+                let hint = gone
+                    .map_or(hint, |now| format!("; \"{given}\" is gone: \"{now}\" has its place"));
                 Err(format!("must be one of \"{}\"{hint}", choices.join("\", \"")))
             }
         };

@@ -644,8 +644,6 @@ pub enum DramModel {
     /// One server with rates, latencies and commands as a `banked` run of the frame has them: as
     /// fast, for sweeps.
     Calibrated,
-    /// The device, counted in windows of requests: fast, and knows addresses.
-    Window,
     /// The device, with its banks, rows, queues and timings.
     Banked,
 }
@@ -656,7 +654,6 @@ impl DramModel {
         match self {
             DramModel::Bandwidth => "bandwidth",
             DramModel::Calibrated => "calibrated",
-            DramModel::Window => "window",
             DramModel::Banked => "banked",
         }
     }
@@ -677,6 +674,7 @@ impl DramSpec {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramSpec {
     /// Timing model.
+    #[schemars(extend("x-gone" = { "window": "calibrated" }))]
     pub model: DramModel,
     /// Peak rate of a memory without a device. With one, `device` and `channels` have their own:
     /// leave it out, or give the same.
@@ -688,7 +686,7 @@ pub struct DramSpec {
     /// From request to first data.
     pub latency: Nanoseconds,
     /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: its peak rate with
-    /// `channels`, and what the `calibrated`, `window` and `banked` models time; or `none`: a mere
+    /// `channels`, and what the `calibrated` and `banked` models time; or `none`: a mere
     /// rate, `bandwidth`.
     pub device: String,
     /// Channels of that device in this machine.
@@ -696,7 +694,7 @@ pub struct DramSpec {
     pub channels: u32,
     /// Order of its address fields: `RoBaCoCh`, `mop`, `bg64`, or `fields` for the device's own.
     pub mapping: Order,
-    /// Controller, PHY and interconnect of the `calibrated`, `window` and `banked` models, added to
+    /// Controller, PHY and interconnect of the `calibrated` and `banked` models, added to
     /// every read.
     pub controller_latency: Nanoseconds,
     /// Another user of the memory.

@@ -57,8 +57,10 @@ const BASE: [&str; 16] = [
 ];
 
 /// With each kind of price of the memory.
-const MEMORIES: [[&str; 2]; 2] =
-    [["dram.model=bandwidth", "energy=gscore-28nm"], ["dram.model=window", "energy=gscore-28nm"]];
+const MEMORIES: [[&str; 2]; 2] = [
+    ["dram.model=bandwidth", "energy=gscore-28nm"],
+    ["dram.model=calibrated", "energy=gscore-28nm"],
+];
 
 fn base(memory: [&str; 2]) -> Table {
     let sets: Vec<String> = BASE.iter().chain(&memory).map(|s| (*s).to_owned()).collect();
@@ -272,7 +274,7 @@ fn memory_standby_is_in_proportion_to_the_channels() {
     for (sets, times) in [
         (&["dram.channels=1"][..], 0.125),
         (&["dram.channels=16"], 2.0),
-        (&["dram.model=window", "dram.channels=16"], 2.0),
+        (&["dram.model=calibrated", "dram.channels=16"], 2.0),
         // Channels of LPDDR5 have twice the rate: as fast with half as many.
         (&["dram.device=lpddr5-6400-x16x4", "dram.channels=4"], 0.5),
         (&["dram.device=none", "dram.bandwidth=10 GB/s", "dram.channels=4"], 0.5),

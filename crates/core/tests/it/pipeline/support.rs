@@ -362,8 +362,8 @@ impl Dice {
             feature: buffer(self, 900),
             pixel_out: buffer(self, 1000),
         };
-        let (flat, window, banked) = (DramModel::Bandwidth, DramModel::Window, DramModel::Banked);
-        let model = self.pick(&[flat, flat, window, banked]);
+        let (flat, banked) = (DramModel::Bandwidth, DramModel::Banked);
+        let model = self.pick(&[flat, flat, flat, banked]);
         let rate = self.pick(&[3e9, 10e9, 51.2e9, 900e9]);
         machine.dram = DramSpec {
             model,

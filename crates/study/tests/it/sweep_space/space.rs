@@ -52,13 +52,13 @@ fn points_are_nested_loops_with_the_last_axis_fastest() {
 #[test]
 fn a_design_is_what_a_file_with_these_keys_is() {
     let space = space(
-        "set = { dram.model = \"window\" }\n\
+        "set = { dram.model = \"calibrated\" }\n\
          [[axes]]\nkey = \"clock\"\nvalues = [\"800 MHz\", \"1.2 GHz\"]\n\
          [[axes]]\nkey = \"dram.device\"\nvalues = [\"lpddr4-3200-x16x8\", \"lpddr5-6400-x16x8\"]\n\
          [derived]\nbuffers.feature.capacity = \"2 * 128 KiB\"",
     );
     let sets = [
-        "dram.model=window",
+        "dram.model=calibrated",
         "clock=1.2 GHz",
         "dram.device=lpddr5-6400-x16x8",
         "buffers.feature.capacity=256 KiB",

@@ -10,7 +10,7 @@ use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::stream::Stream;
 use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
 use powergs_core::workload::FrameWorkload;
-use powergs_dram::{self, Banked, Windowed};
+use powergs_dram::{self, Banked};
 
 /// A stream of this direction: with one rate, all are alike.
 fn any_stream(is_read: bool) -> Stream {
@@ -28,7 +28,6 @@ struct Queued {
 
 enum Kind {
     Bus(Box<Dram>, VecDeque<Queued>),
-    Window(Box<Windowed>),
     Banked(Box<Banked>, Vec<(AccessPattern, u64)>),
 }
 
@@ -57,7 +56,6 @@ impl<'a> Memory<'a> {
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(Box::new(design.dram), VecDeque::new()),
             DramModel::Calibrated => panic!("the oracle has no run to calibrate with"),
-            DramModel::Window => Kind::Window(Box::new(Windowed::new(device()))),
             DramModel::Banked => Kind::Banked(Box::new(Banked::new(device())), Vec::new()),
         };
         let fs = |ns: f64| (ns * 1e6).round() as u64;
@@ -106,17 +104,10 @@ impl<'a> Memory<'a> {
         self.done.push(None);
         let (cycle, ck) = self.clocks;
         let arrival = (now * cycle).div_ceil(ck);
-        let (layout, workload) = (&self.layout, self.workload);
         match &mut self.kind {
             Kind::Bus(dram, queue) => {
                 let ticks_left = dram.service(any_stream(is_read), bytes);
                 queue.push_back(Queued { ticket, ticks_left, is_read });
-            }
-            Kind::Window(device) => {
-                let mut cursor = 0;
-                let pieces = std::iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
-                let end = device.serve(arrival, !is_read, stage as u8, pieces);
-                self.done[ticket] = Some((end * ck).div_ceil(cycle).max(now + 1) * TICKS);
             }
             Kind::Banked(device, spans) => {
                 spans.push((span, 0));
@@ -139,7 +130,6 @@ impl<'a> Memory<'a> {
     pub fn tick(&mut self, now: u64) {
         let (cycle, ck) = self.clocks;
         match &mut self.kind {
-            Kind::Window(_) => {}
             Kind::Banked(device, spans) => {
                 let (layout, workload) = (&self.layout, self.workload);
                 let until = (now + 1) * cycle / ck;
