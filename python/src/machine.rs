@@ -83,8 +83,8 @@ impl Machine {
             };
             let (name, mut files) = parts(&machine.name, &machine.system);
             let read = DiskFiles.read(FileKind::Display, &display, None).map_err(Fault::from)?;
-            let table = read.text.clone();
-            files.insert("display".into(), (read.origin, read.folder, read.text, table));
+            let (table, own) = (read.text.clone(), read.own().to_owned());
+            files.insert("display".into(), (read.origin, read.folder, own, table, read.bases));
             return Ok(Machine::new(&name, unpickled((name.clone(), files))?));
         }
         let name = path_text(given).map_err(|_| {
@@ -329,22 +329,26 @@ impl Machine {
     }
 }
 
-/// What a machine is pickled as: its name, and every file as read and as changed.
-pub type Parts = (String, BTreeMap<String, (String, Option<PathBuf>, String, String)>);
+/// A file as read (origin, folder, text), as changed, and the bases that it had: origin and text.
+type FileParts = (String, Option<PathBuf>, String, String, Vec<(String, String)>);
+
+/// What a machine is pickled as: its name, and every file.
+pub type Parts = (String, BTreeMap<String, FileParts>);
 
 /// What a system is pickled as.
 pub fn parts(name: &str, system: &System) -> Parts {
     let file = |kind: FileKind| {
         let read = system.read(kind)?;
         let table = system.table(kind)?.to_string();
-        let entry = (read.origin.clone(), read.folder.clone(), read.text.clone(), table);
+        let (origin, folder, own) = (read.origin.clone(), read.folder.clone(), read.own().into());
+        let entry = (origin, folder, own, table, read.bases.clone());
         Some((kind.role().to_owned(), entry))
     };
     (name.to_owned(), FileKind::ALL.into_iter().filter_map(file).collect())
 }
 
 /// The files of a pickle; what it does not have comes from the disk.
-struct Pickled(BTreeMap<String, (String, Option<PathBuf>, String, String)>);
+struct Pickled(BTreeMap<String, FileParts>);
 
 impl Files for Pickled {
     fn read(
@@ -354,8 +358,9 @@ impl Files for Pickled {
         folder: Option<&Path>,
     ) -> Result<ConfigText, RunError> {
         match self.0.get(kind.role()) {
-            Some((origin, folder, text, _)) => {
-                Ok(ConfigText::new(origin.clone(), folder.clone(), text.clone()))
+            Some((origin, folder, text, _, bases)) => {
+                let own = ConfigText::new(origin.clone(), folder.clone(), text.clone());
+                own.on_bases(bases.clone())
             }
             None => DiskFiles.read(kind, name, folder),
         }
@@ -369,7 +374,7 @@ pub fn unpickled((name, files): Parts) -> PyResult<System> {
     let spec = SystemSpec { machine: name, sets: Vec::new(), energy: None, display };
     let mut system = System::load(&spec, &files).map_err(Fault::from)?;
     for kind in FileKind::ALL {
-        let Some((_, _, _, wanted)) = files.0.get(kind.role()) else { continue };
+        let Some((_, _, _, wanted, _)) = files.0.get(kind.role()) else { continue };
         let wanted = wanted.parse::<toml::Table>().map_err(|e| Fault::config(e.to_string()))?;
         if system.table(kind).as_ref() != Some(&wanted) {
             system = system.with_table(kind, &wanted, &files).map_err(Fault::from)?;
@@ -380,10 +385,7 @@ pub fn unpickled((name, files): Parts) -> PyResult<System> {
 
 /// A pickled machine.
 #[pyfunction]
-pub fn _machine(
-    name: String,
-    files: BTreeMap<String, (String, Option<PathBuf>, String, String)>,
-) -> PyResult<Machine> {
+pub fn _machine(name: String, files: BTreeMap<String, FileParts>) -> PyResult<Machine> {
     let system = unpickled((name.clone(), files))?;
     Ok(Machine { system: Arc::new(system), name })
 }

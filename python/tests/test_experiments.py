@@ -44,16 +44,16 @@ def test_dram_is_the_programs(run, tmp_path) -> None:
     requests = [("R" if i % 3 else "W", 4096 * (i % 7) + 64 * i, 64) for i in range(500)]
     file = tmp_path / "a.trace"
     file.write_text("".join(f"{k} {a:#x} {n}\n" for k, a, n in requests))
-    printed = json.loads(run("dram", file, "--json", "--mode", "mlp8", "--model", "both"))
-    assert powergs.dram(file, mode="mlp8", model="both") == printed
-    assert powergs.dram(requests, mode="mlp8", model="both") == printed
+    printed = json.loads(run("dram", file, "--json", "--mode", "mlp8"))
+    assert powergs.dram(file, mode="mlp8") == printed
+    assert powergs.dram(requests, mode="mlp8") == printed
     faster = powergs.dram(requests, keys={"controller.read-queue": 64})
     assert faster["requests"] == 500
 
 
 def test_memories_and_requests_that_are_wrong(tmp_path) -> None:
     one = [("R", 0, 64)]
-    for wrong in [{"mode": "fast"}, {"model": "best"}, {"device": "nosuch"}, {"keys": {"a": 1}}]:
+    for wrong in [{"mode": "fast"}, {"device": "nosuch"}, {"keys": {"a": 1}}]:
         with pytest.raises(powergs.ConfigError):
             powergs.dram(one, **wrong)
     with pytest.raises(powergs.InputError):

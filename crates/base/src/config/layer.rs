@@ -29,6 +29,9 @@ pub const NONE: &str = "none";
 /// Bases of bases at most.
 pub const DEPTH_MAX: usize = 8;
 
+/// Keys and heads of a file that is merged: the time grows with their square.
+const STATEMENTS_MAX: usize = 2000;
+
 /// The beginning of a comment that says where the next line stands.
 pub(super) const LINE: &str = "#line ";
 
@@ -84,10 +87,10 @@ pub fn on_embedded(text: &str, files: &[Embedded]) -> Result<String, ConfigError
     for (i, file) in chain.iter().enumerate().rev() {
         whole = match chain.get(i + 1) {
             None => file.text.to_owned(),
-            Some(base) => on(base.name, &whole, file.name, file.text),
+            Some(base) => on(base.name, &whole, file.name, file.text).map_err(wrong)?,
         };
     }
-    Ok(on(chain[0].name, &whole, "", text))
+    on(chain[0].name, &whole, "", text).map_err(wrong)
 }
 
 /// What is wrong with a chain of bases that comes back to `again`.
@@ -97,13 +100,26 @@ pub fn circle<'a>(chain: impl Iterator<Item = &'a str>, again: &'a str) -> Strin
 }
 
 /// The text of `over`, found at `at`, on that of its base; each may be complete or have lines of
-/// other files in it. What is no TOML is left to its reader.
-pub fn on(base_at: &str, base: &str, at: &str, over: &str) -> String {
-    let (Some(below), Some(above)) = (Statements::of(base_at, base), Statements::of(at, over))
-    else {
-        return over.to_owned();
-    };
-    below.with(above).text()
+/// other files in it. An `over` that is no TOML is left to its reader.
+///
+/// # Errors
+/// A base that is no TOML, or files with more keys than are merged.
+pub fn on(base_at: &str, base: &str, at: &str, over: &str) -> Result<String, String> {
+    let Ok(parsed) = DeTable::parse(over) else { return Ok(over.to_owned()) };
+    let below = DeTable::parse(base).map_err(|e| {
+        let place = Place::of(base, e.span().unwrap_or(0..0));
+        let line = place.line().map_or(String::new(), |line| format!("line {line} of "));
+        format!("{line}{base_at}: not valid TOML: {}", e.message())
+    })?;
+    let below = Statements::of(base_at, base, below.get_ref());
+    let above = Statements::of(at, over, parsed.get_ref());
+    for (at, statements) in [(base_at, &below), (at, &above)] {
+        if statements.all.len() > STATEMENTS_MAX {
+            let at = if at.is_empty() { "the file" } else { at };
+            return Err(format!("{at} has more than {STATEMENTS_MAX} keys: too many for `{BASE}`"));
+        }
+    }
+    Ok(below.with(above).text())
 }
 
 /// A key with its value, or the head of a table, with the comments above it.
@@ -195,8 +211,7 @@ fn quoted(key: &str) -> String {
 }
 
 impl Statements {
-    fn of(at: &str, text: &str) -> Option<Statements> {
-        let parsed = DeTable::parse(text).ok()?;
+    fn of(at: &str, text: &str, parsed: &DeTable<'_>) -> Statements {
         let lines = numbered(at, text);
         let starts: Vec<usize> = text
             .split_inclusive('\n')
@@ -204,7 +219,7 @@ impl Statements {
             .collect();
         let line_of = |byte: usize| starts.partition_point(|start| *start <= byte) - 1;
         let mut values: BTreeMap<usize, (usize, Vec<String>, Tree)> = BTreeMap::new();
-        collect(parsed.get_ref(), &[], text, &mut |range, path, tree| {
+        collect(parsed, &[], text, &mut |range, path, tree| {
             let end = line_of(range.end.max(1) - 1);
             values.insert(line_of(range.start), (end, path, tree));
         });
@@ -213,7 +228,8 @@ impl Statements {
         while i < lines.len() {
             let (end, kind) = match values.remove(&i) {
                 Some((end, path, tree)) => {
-                    let own = path.strip_prefix(&table[..])?;
+                    // A key of another table than that of the last head cannot be.
+                    let own = path.strip_prefix(&table[..]).unwrap_or(&path);
                     (end, Kind::Value(own.to_vec(), tree))
                 }
                 None => match head_of(&lines[i].text) {
@@ -238,7 +254,7 @@ impl Statements {
             statements.all.push(Statement { lines, table: table.clone(), kind });
             i = end + 1;
         }
-        Some(statements)
+        statements
     }
 
     /// Those of `above` on these.
@@ -261,7 +277,7 @@ impl Statements {
         // Lists of tables are replaced whole.
         let lists: BTreeSet<Vec<String>> =
             above.all.iter().filter(|s| s.is_list()).map(|s| s.table.clone()).collect();
-        self.all.retain(|s| !lists.iter().any(|list| s.table.starts_with(list)));
+        self.all.retain(|s| !lists.iter().any(|list| s.is_in(list) || s.path() == *list));
         let mut first = 0;
         for statement in above.all {
             let path = statement.path();
@@ -316,6 +332,10 @@ impl Statements {
                 self.put(one);
             }
             return;
+        }
+        // A value, or a list on one line, in the place of a table or of tables with heads.
+        if matches!(tree, Tree::Leaf(_)) {
+            self.all.retain(|s| !s.is_in(&path));
         }
         // The base may have it, or an inline table that it is in.
         let holder = self

@@ -35,7 +35,7 @@ fn table(text: &str) -> Table {
 
 /// `over` on [`BASE`].
 fn merged(over: &str) -> String {
-    on("base", BASE, "", over)
+    on("base", BASE, "", over).expect("a good base")
 }
 
 #[test]
@@ -92,7 +92,7 @@ key = [
     assert_eq!(without_places(&text), wanted);
     // A line knows where it was written, however many files it went through.
     let last = "base = \"mine\"\nname = \"last\"\n[vru]\nqueue = 3\n";
-    let twice = on("mine", &text, "", last);
+    let twice = on("mine", &text, "", last).expect("a good base");
     for (line, file, number) in [
         ("queue = 3", None, 4),
         ("ways = 8 ", Some("mine"), 5),
@@ -111,6 +111,12 @@ key = [
 fn lists_are_replaced_whole_and_tables_may_be_taken_away() {
     let text = merged("base = \"base\"\nname = \"a\"\n[[unit]]\nn = 9\n");
     assert_eq!(table(&text)["unit"], toml::Value::Array(vec![toml::Value::Table(table("n = 9"))]));
+    let text = merged("base = \"base\"\nname = \"a\"\nunit = [{ n = 7 }]\n");
+    assert_eq!(table(&text)["unit"], toml::Value::Array(vec![toml::Value::Table(table("n = 7"))]));
+    let below = "name = \"below\"\nunit = [{ n = 1 }]\n[vru]\ncores = 1\n";
+    let text = on("below", below, "", "base = \"below\"\nname = \"a\"\n[[unit]]\nn = 3\n");
+    let text = text.expect("a good base");
+    assert_eq!(table(&text)["unit"], toml::Value::Array(vec![toml::Value::Table(table("n = 3"))]));
     let text = merged("base = \"base\"\nname = \"a\"\ncache = \"none\"\n");
     assert!(!table(&text).contains_key("cache"), "{text}");
     let text = merged("base = \"base\"\nname = \"a\"\n[vru]\nbuffer = \"none\"\n");
@@ -140,6 +146,12 @@ fn files_of_the_program_are_found_and_circles_are_not_walked() {
     assert!(circle.starts_with("line 2, column 1: `base` goes round in a circle:"), "{circle}");
     let unknown = fails("base = \"nxt\"\n");
     assert!(unknown.contains("did you mean `next`?"), "{unknown}");
+    let own = "base = \"base\"\nname = \"a\"\n";
+    let broken = on("base", "name = \"base\"\nclock = 1 GHz\n", "", own).unwrap_err();
+    assert!(broken.starts_with("line 2 of base: not valid TOML"), "{broken}");
+    let many: String = (0..3000).map(|i| format!("k{i} = {i}\n")).collect();
+    let many = on("base", &many, "", own).unwrap_err();
+    assert!(many.contains("base has more than 2000 keys"), "{many}");
     // What is no TOML is for its reader.
     assert_eq!(on_embedded("base = ", FILES).unwrap(), "base = ");
     assert_eq!(on_embedded("a = 1", FILES).unwrap(), "a = 1");

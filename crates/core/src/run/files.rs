@@ -129,16 +129,28 @@ impl ConfigText {
             chain.push(base.clone());
             last = base;
         }
-        let Some(root) = chain.last() else { return Ok(self) };
-        let mut text = root.text.clone();
-        let mut origin = root.origin.as_str();
-        for file in chain.iter().rev().skip(1) {
-            text = layer::on(origin, &text, &file.origin, &file.text);
-            origin = &file.origin;
+        self.on_bases(chain.into_iter().map(|file| (file.origin, file.text)).collect())
+    }
+
+    /// The text on its bases, each with its origin, the nearest first.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: a base that is no TOML, or files with more keys than are merged.
+    pub fn on_bases(self, bases: Vec<(String, String)>) -> Result<ConfigText, RunError> {
+        let mut below: Option<(&str, String)> = None;
+        let own = ("", self.text.as_str());
+        let files = bases.iter().map(|(origin, text)| (origin.as_str(), text.as_str()));
+        for (origin, text) in [own].into_iter().chain(files).rev() {
+            let whole = match &below {
+                None => text.to_owned(),
+                Some((base, whole)) => layer::on(base, whole, origin, text)
+                    .map_err(|e| RunError::config(&self.origin, e))?,
+            };
+            below = Some((origin, whole));
         }
-        let text = layer::on(origin, &text, "", &self.text);
-        let bases = chain.iter().map(|file| (file.origin.clone(), file.text.clone())).collect();
-        Ok(ConfigText { own: Some(self.text), text, bases, ..self })
+        let text = below.map_or_else(String::new, |(_, text)| text);
+        let own = (!bases.is_empty()).then_some(self.text);
+        Ok(ConfigText { own, text, bases, ..self })
     }
 }
 
