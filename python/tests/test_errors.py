@@ -199,7 +199,7 @@ def test_a_forged_pickle_is_an_error() -> None:
 
     for call in [
         lambda: _powergs._report("{", [], "", ""),
-        lambda: _powergs._machine("gscore", {"machine": ("a", None, "=", "=")}),
+        lambda: _powergs._machine("gscore", {"machine": ("a", None, "=", "=", [])}),
         lambda: _powergs._table(["a"], ["real"], {}, {}, {}),
         lambda: _powergs._table(["a", "b"], ["real"] * 2, {}, {}, {"a": [1.0], "b": []}),
     ]:

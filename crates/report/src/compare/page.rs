@@ -1,8 +1,11 @@
 //! The comparison for people.
 
+use std::collections::BTreeSet;
+
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use crate::format::{percent, rate, significant};
 use powergs_base::TOOL_VERSION;
+use powergs_base::config::knob;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_energy::action::{Stage, UnitKind};
@@ -36,6 +39,7 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     page.on(Shown::Page, Block::Table(stalls(&comparison.sides, 0.0)));
     limits(&mut page, comparison);
     notes(&mut page, &comparison.notes);
+    differences(&mut page, &comparison.sides);
     page.charts(charts);
     page.page_paragraph(Text::marked(
         "Every statistic of every side: `compare.csv`; what it was made from: `run.toml`.",
@@ -65,6 +69,7 @@ pub fn document_of(
     let is_common = |note: &Note| all.iter().all(|c| c.notes.contains(note));
     notes(&mut page, all[0].notes.iter().filter(|note| is_common(note)));
     page.charts(charts);
+    differences(&mut page, &all[0].sides);
     for (comparison, trace) in all.iter().zip(&speedup.traces) {
         let sides = &comparison.sides;
         let first = &sides[0];
@@ -84,6 +89,50 @@ pub fn document_of(
     let report = folder.map(|folder| ("report".to_owned(), folder.into()));
     page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
     page
+}
+
+/// The keys of the machine files that differ.
+fn differences(page: &mut Document, sides: &[Side]) {
+    fn leaves(value: &toml::Value, path: String, keys: &mut Vec<(String, String)>) {
+        match value.as_table() {
+            Some(table) => table.iter().for_each(|(key, value)| {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                leaves(value, path, keys);
+            }),
+            None => keys.push((path, knob::shown(value))),
+        }
+    }
+    let of = |side: &Side| {
+        let mut keys = Vec::new();
+        let machine = side.record.get("configuration").and_then(|all| all.get("machine"));
+        machine.iter().for_each(|machine| leaves(machine, String::new(), &mut keys));
+        keys
+    };
+    let keys: Vec<Vec<(String, String)>> = sides.iter().map(of).collect();
+    if keys.iter().any(Vec::is_empty) {
+        return;
+    }
+    let mut names: Vec<&String> = keys.iter().flatten().map(|(name, _)| name).collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
+    let mut table = Table::new(columns("key", Kind::Text, sides));
+    let mut differ = false;
+    for name in names.into_iter().filter(|name| !["name", "description"].contains(&name.as_str())) {
+        let value = |keys: &Vec<(String, String)>| {
+            let found = keys.iter().find(|(key, _)| key == name);
+            found.map_or("-".to_owned(), |(_, value)| value.clone())
+        };
+        let values: Vec<String> = keys.iter().map(value).collect();
+        if values.iter().any(|value| *value != values[0]) {
+            let cells = values.into_iter().map(Cell::from);
+            table.row([Cell::from(name.as_str())].into_iter().chain(cells));
+            differ = true;
+        }
+    }
+    if differ {
+        page.page_heading("Keys of the machines that differ");
+        page.on(Shown::Page, Block::Table(table));
+    }
 }
 
 /// What bounds each side.
