@@ -187,7 +187,6 @@ fn a_file_on_a_base_is_shown_checked_and_compared() {
         }
     }
     // A table of prices is no base of a machine.
-    let machine = format!("base = \"gscore-28nm\"\nname = \"m\"\n[vru]\ncores = 1\n");
-    let machine = file("m.toml", &machine);
+    let machine = file("m.toml", "base = \"gscore-28nm\"\nname = \"m\"\n[vru]\ncores = 1\n");
     program(&["arch", "check", &machine]).assert().code(2).stderr(contains("no machine"));
 }
