@@ -358,8 +358,7 @@ impl Statements {
         // The last statement of the innermost table that is there.
         let known = |n: usize| self.all.iter().rposition(|s| s.table == path[..n]);
         let found = (0..path.len()).rev().find_map(|n| Some((n, known(n)?)));
-        let has_values_first = |n: usize| n > 0 || !self.all.is_empty();
-        match found.filter(|(n, _)| has_values_first(*n)) {
+        match found {
             Some((n, i)) => {
                 let (table, key) = (path[..n].to_vec(), path[n..].to_vec());
                 self.all.insert(i + 1, statement.of_key(table, key, tree.clone()));
@@ -378,7 +377,9 @@ impl Statements {
         let lines = self.head.iter().chain(self.all.iter().flat_map(|s| &s.lines));
         for line in lines {
             if at != Some((line.file.as_str(), line.number)) {
-                text.push_str(&format!("{LINE}{} {}\n", line.number, line.file));
+                // A path may have what no comment may.
+                let file: String = line.file.chars().filter(|c| !c.is_control()).collect();
+                text.push_str(&format!("{LINE}{} {file}\n", line.number));
             }
             text.push_str(&line.text);
             text.push('\n');
@@ -552,8 +553,8 @@ fn is_directive(line: &Line) -> bool {
     line.text.starts_with(LINE)
 }
 
-/// What a `#line` comment says.
+/// What a `#line` comment says. Anybody may write one: lines beyond `u32` are none.
 pub(super) fn directive(line: &str) -> Option<(usize, &str)> {
     let (number, name) = line.strip_prefix(LINE)?.split_once(' ')?;
-    Some((number.parse().ok()?, name))
+    Some((number.parse::<u32>().ok()? as usize, name))
 }

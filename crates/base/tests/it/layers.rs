@@ -152,6 +152,9 @@ fn files_of_the_program_are_found_and_circles_are_not_walked() {
     let many: String = (0..3000).map(|i| format!("k{i} = {i}\n")).collect();
     let many = on("base", &many, "", own).unwrap_err();
     assert!(many.contains("base has more than 2000 keys"), "{many}");
+    // Lines that nobody can have, and paths that no comment can hold.
+    let odd = on("a\nb", "#line 18446744073709551615 x\nk = 1\n", "", own).expect("a base");
+    assert_eq!(table(&odd)["k"].as_integer(), Some(1), "{odd}");
     // What is no TOML is for its reader.
     assert_eq!(on_embedded("base = ", FILES).unwrap(), "base = ");
     assert_eq!(on_embedded("a = 1", FILES).unwrap(), "a = 1");
