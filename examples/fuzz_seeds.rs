@@ -37,8 +37,8 @@ fn texts() -> std::io::Result<Vec<Seed>> {
 
 /// Invented cells, a circuit of them, and the smallest netlist of a unit.
 fn netlists() -> [Seed; 3] {
-    let cells = include_bytes!("../crates/gates/tests/data/invented.lib");
-    let circuit = include_bytes!("../crates/gates/tests/data/gated.json");
+    let cells = include_bytes!("../lab/gates/tests/data/invented.lib");
+    let circuit = include_bytes!("../lab/gates/tests/data/gated.json");
     let priced = include_bytes!("../rtl/netlists/qsu-nangate45.gates");
     [
         ("liberty", "invented.lib", cells.to_vec()),

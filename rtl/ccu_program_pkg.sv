@@ -1,4 +1,4 @@
-// Schedules of the culling and conversion unit, made by crates/datapath (ccu::emit): do
+// Schedules of the culling and conversion unit, made by lab/datapath (ccu::emit): do
 // not edit. A test compares this file; with UPDATE_EXPECT=1 it writes it. Numbers of
 // operators, registers and so on are words of 16 bits for OPS = 4, 8, 16, 32 from the
 // lowest.

@@ -1,4 +1,4 @@
-// Lines of 1/x and 1/sqrt(x), made by crates/datapath (ccu::emit): do not edit. An
+// Lines of 1/x and 1/sqrt(x), made by lab/datapath (ccu::emit): do not edit. An
 // entry is where a line begins, in 2^-22, behind what it falls by, of 16 bits.
 package fp_special_pkg;
     localparam logic [5119:0] RECIPROCAL = {

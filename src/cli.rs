@@ -7,13 +7,10 @@ pub mod arch;
 pub mod background;
 mod camera;
 pub mod camera_file;
-pub mod characterise;
 pub mod chart_args;
-mod claims;
 mod codesign;
 mod compare;
 pub mod completions;
-mod datapath;
 mod demo_scene;
 mod display;
 mod dram;
@@ -29,18 +26,18 @@ pub mod invocation;
 mod lpips_file;
 mod optimize;
 pub mod out;
-mod output_file;
+pub mod output_file;
 mod pareto;
 mod picture_file;
 mod power_views;
-mod progress;
+pub mod progress;
 mod quality;
 mod references;
-mod render;
+pub mod render;
 pub mod replay;
 pub mod run_folder;
 mod scene;
-mod scene_file;
+pub mod scene_file;
 mod sensitivity;
 mod shard_arg;
 mod sight;
@@ -51,10 +48,8 @@ mod sweep;
 pub mod synth;
 pub mod timeline;
 mod trace;
-mod unit_work;
 pub mod usage;
 mod validate;
-mod vectors;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -140,9 +135,6 @@ pub enum Command {
     /// Search a model and a machine together: the fewest watts at a given quality
     #[command(after_help = codesign::EXAMPLES)]
     Codesign(Box<codesign::Args>),
-    /// Check the published claims on finished optimisations
-    #[command(after_help = claims::EXAMPLES)]
-    Claims(claims::Args),
     /// Fit power curves to samples that reach a quality and find their minimum
     #[command(after_help = fit::EXAMPLES)]
     Fit(fit::Args),
@@ -158,12 +150,6 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::Args),
-    /// Price what a unit does, from its gates and real work
-    #[command(after_help = characterise::EXAMPLES)]
-    Characterise(characterise::Args),
-    /// Write real work of a unit, and what becomes of it, for a test bench of its RTL
-    #[command(after_help = vectors::EXAMPLES)]
-    Vectors(vectors::Args),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
@@ -176,8 +162,13 @@ pub enum Command {
 }
 
 impl Command {
-    /// How the command draws; `None` if it does not.
-    pub fn charts(&self) -> Option<&chart_args::ChartArgs> {
+    /// How the command draws.
+    pub fn drawing(&self) -> powergs_report::Drawing {
+        self.charts().map_or_else(Default::default, |charts| charts.drawing())
+    }
+
+    /// Its flags of drawing; `None` if it draws nothing.
+    fn charts(&self) -> Option<&chart_args::ChartArgs> {
         match self {
             Command::Replay(args) => Some(&args.charts),
             Command::Compare(args) => Some(&args.charts),
@@ -219,8 +210,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Render(args) => render::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
-        Command::Characterise(args) => characterise::run(args, context),
-        Command::Claims(args) => claims::run(args, context),
         Command::Codesign(args) => codesign::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
@@ -238,6 +227,5 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
         Command::Validate(args) => validate::run(args, context),
-        Command::Vectors(args) => vectors::run(args, context),
     }
 }

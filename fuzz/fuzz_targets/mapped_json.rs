@@ -11,7 +11,7 @@ use powergs_gates::simulator::Simulator;
 use powergs_gates::yosys::Mapped;
 
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
-    let text = include_str!("../../crates/gates/tests/data/invented.lib");
+    let text = include_str!("../../lab/gates/tests/data/invented.lib");
     Library::parse(&[("invented.lib", text)]).expect("a library")
 });
 

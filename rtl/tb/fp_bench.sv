@@ -1,4 +1,4 @@
-// Operations of ten formats; the list of the Rust tests (crates/datapath/tests/it/numbers.rs) has
+// Operations of ten formats; the list of the Rust tests (lab/datapath/tests/it/numbers.rs) has
 // the same order.
 module fp_bench (
     input  logic        clk,

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::background::Background;
 use super::camera_file::CameraArgs;
-use super::datapath::{Compared, Datapath};
 use super::gaze::{GazeArgs, note_default, note_missing};
 use super::output_file::Overwrite;
 use super::progress::Progress;
@@ -26,7 +25,6 @@ Examples:
   powergs-sim render scene.ply --cameras cameras.json --frame 3 -o frame3.png
   powergs-sim render scene.spz --orbit 8 --size 800x600 -o views/
   powergs-sim render city/lod-meta.json --detail 1 --cameras cams.json -o views/
-  powergs-sim render scene.ply --orbit 8 --datapath gscore-fp16 -o hardware/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 \\
       --levels -o map/";
@@ -54,11 +52,6 @@ pub struct Args {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
-    /// The picture that hardware draws, and how like it is to that of f32: gscore-fp16 for all
-    /// units of rtl/; or the numbers of its rendering cores alone, such as e5m10, e6m9 or e4m3,
-    /// with -conic or -mean behind it for another form of splats (rtl/README.md)
-    #[arg(long, value_name = "FORMAT")]
-    pub datapath: Option<Datapath>,
     /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG
     /// per view
     #[arg(long, short, value_name = "PATH")]
@@ -70,8 +63,6 @@ pub struct Args {
 
 /// Memory for a pixel while a picture is rendered and written, bytes.
 const PIXEL: u64 = 40;
-/// The same with a second picture that it is compared with.
-const COMPARED_PIXEL: u64 = 160;
 
 /// Runs `render`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
@@ -97,22 +88,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let (cameras, gazes) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
     targets.iter().try_for_each(|target| args.overwrite.check(target))?;
-    let pixel = if args.datapath.is_some() { COMPARED_PIXEL } else { PIXEL };
-    for camera in &cameras {
-        let bytes = u64::from(camera.width) * u64::from(camera.height) * pixel;
-        context.global.memory.check(bytes).map_err(|over| {
-            let Camera { name, width, height, .. } = camera;
-            let what = format!("view {name}: a picture of {width}x{height} pixels {over}");
-            Failure::new(Exit::Usage, what)
-        })?;
-    }
+    check_sizes(&cameras, PIXEL, context)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
-    if args.datapath.is_some() && matches!(scene, Shown::Foveated(_)) {
-        let what =
-            "--datapath: the rendering hardware blends one level, and this model has several";
-        return Err(Failure::new(Exit::Usage, what));
-    }
-    let (mut compared, mut written) = (Vec::new(), Vec::new());
+    let mut written = Vec::new();
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);
@@ -123,17 +101,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             return Ok(Exit::Interrupted);
         }
         let picture = match &scene {
-            Shown::Plain(scene) => {
-                let picture = render(&scene.gaussians, camera, &options).picture;
-                match &args.datapath {
-                    None => picture,
-                    Some(datapath) => {
-                        let drawn = datapath.render(&scene.gaussians, camera, &options);
-                        compared.push(Compared::new(&drawn, &picture));
-                        drawn
-                    }
-                }
-            }
+            Shown::Plain(scene) => render(&scene.gaussians, camera, &options).picture,
             Shown::Foveated(model) => {
                 let frame = render_foveated(model, camera, gaze, &options);
                 let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
@@ -156,7 +124,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         progress.advance(1);
     }
     drop(progress);
-    report(context, &cameras, &targets, &compared)
+    report(context, &cameras, &targets)
 }
 
 /// The views, and where the viewer looks in each: the place in the sequence counts, also where only
@@ -186,7 +154,7 @@ fn is_png(path: &Path) -> bool {
 
 /// Refuses a file of another kind than PNG. A name with a full stop may still be a folder that is
 /// there, or that ends in a slash.
-fn check_output(path: &Path) -> Result<(), Failure> {
+pub fn check_output(path: &Path) -> Result<(), Failure> {
     let is_folder = path.is_dir() || path.as_os_str().as_encoded_bytes().ends_with(b"/");
     match path.extension() {
         Some(ending) if !is_folder && !is_png(path) => {
@@ -202,7 +170,7 @@ fn check_output(path: &Path) -> Result<(), Failure> {
 }
 
 /// The files to write: `output` itself for one view, else one per view in the folder `output`.
-fn targets(output: &Path, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
+pub fn targets(output: &Path, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
     if is_png(output) {
         return Ok(vec![output.to_path_buf()]);
     }
@@ -219,39 +187,36 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     })?)
 }
 
-/// What was written; with a datapath, how like each picture is to that of f32.
-fn report(
-    context: &Context,
-    cameras: &[Camera],
-    files: &[PathBuf],
-    compared: &[Compared],
-) -> Result<Exit, Failure> {
-    let row = |(i, (c, file)): (usize, (&Camera, &PathBuf))| {
-        let mut row = json!({
-            "name": c.name,
-            "width_px": c.width,
-            "height_px": c.height,
-            "file": file.display().to_string(),
-        });
-        if let (Some(own), Value::Object(row)) = (compared.get(i), &mut row) {
-            row.extend(own.json());
-        }
-        row
-    };
-    let rows: Vec<_> = cameras.iter().zip(files).enumerate().map(row).collect();
+/// What was written.
+fn report(context: &Context, cameras: &[Camera], files: &[PathBuf]) -> Result<Exit, Failure> {
     if context.global.json {
+        let row = |(c, file): (&Camera, &PathBuf)| {
+            json!({
+                "name": c.name,
+                "width_px": c.width,
+                "height_px": c.height,
+                "file": file.display().to_string(),
+            })
+        };
+        let rows: Vec<_> = cameras.iter().zip(files).map(row).collect();
         out::json(&json!({ "images": rows }))?;
-        return Ok(Exit::Done);
-    }
-    if !context.global.quiet {
+    } else if !context.global.quiet {
         let last = files.last().map(|f| f.display().to_string()).unwrap_or_default();
         out::text(&match files.len() {
             1 => format!("{last}\n"),
             n => format!("{n} images, the last one {last}\n"),
         })?;
-        for (camera, own) in cameras.iter().zip(compared) {
-            out::text(&format!("{}: {own} against f32\n", camera.name))?;
-        }
     }
     Ok(Exit::Done)
+}
+
+/// Refuses views whose pictures, of so many bytes a pixel, are beyond the budget.
+pub fn check_sizes(cameras: &[Camera], pixel: u64, context: &Context) -> Result<(), Failure> {
+    cameras.iter().try_for_each(|Camera { name, width, height, .. }| {
+        let bytes = u64::from(*width) * u64::from(*height) * pixel;
+        context.global.memory.check(bytes).map_err(|over| {
+            let what = format!("view {name}: a picture of {width}x{height} pixels {over}");
+            Failure::new(Exit::Usage, what)
+        })
+    })
 }

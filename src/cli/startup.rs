@@ -6,14 +6,18 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Cli, Context, Exit, Failure, out, run};
+use super::{Context, Exit, Failure, Global, out};
+use powergs_report::Drawing;
 
-/// Runs the command and returns its exit code; errors are on standard error by then.
-pub fn start(cli: &Cli) -> Exit {
+/// Runs the command of a program and returns its exit code; errors are on standard error by then.
+pub fn start(
+    global: &Global,
+    drawing: Drawing,
+    run: impl FnOnce(&Context) -> Result<Exit, Failure>,
+) -> Exit {
     std::panic::set_hook(Box::new(announce));
     guarded(|| {
-        let outcome = prepare(cli).and_then(|context| run(cli, &context));
-        outcome.unwrap_or_else(|failure| {
+        prepare(global, drawing).and_then(|context| run(&context)).unwrap_or_else(|failure| {
             out::complain(format_args!("error: {failure}"));
             failure.exit
         })
@@ -30,8 +34,8 @@ pub fn guarded(work: impl FnOnce() -> Exit) -> Exit {
 const THREADS_PER_CORE: usize = 4;
 
 /// Sizes the thread pool and takes over Ctrl-C.
-fn prepare(cli: &Cli) -> Result<Context, Failure> {
-    if let Some(jobs) = cli.global.jobs {
+fn prepare(global: &Global, drawing: Drawing) -> Result<Context, Failure> {
+    if let Some(jobs) = global.jobs {
         let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         // A few threads are always allowed, so that a script runs on a small machine too.
         let most = (THREADS_PER_CORE * cores).max(64);
@@ -54,8 +58,7 @@ fn prepare(cli: &Cli) -> Result<Context, Failure> {
         }
         out::complain("interrupted: finishing what is under way; Ctrl-C again stops at once");
     });
-    let drawing = cli.command.charts().map_or_else(Default::default, |charts| charts.drawing());
-    Ok(Context { global: cli.global.clone(), drawing, cancelled })
+    Ok(Context { global: global.clone(), drawing, cancelled })
 }
 
 /// Calls `handler` at Ctrl-C, and at the SIGTERM that batch systems send at the end of their time.

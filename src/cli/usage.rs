@@ -10,9 +10,9 @@ use super::Cli;
 
 /// The arguments of this process. On a mistake the message is printed and the process ends with
 /// exit code 2, after `--help` and `--version` with 0.
-pub fn parse() -> Cli {
-    let matches = command().try_get_matches();
-    let parsed = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+pub fn parse<C: CommandFactory + FromArgMatches>() -> C {
+    let matches = negatives(C::command()).try_get_matches();
+    let parsed = matches.and_then(|matches| C::from_arg_matches(&matches));
     parsed.unwrap_or_else(|error| complain(&error))
 }
 
@@ -56,7 +56,33 @@ fn dashed_file() -> Option<String> {
     files.next()
 }
 
+/// Commands and flags that went to the laboratory with version 0.2, and its command for each. To be
+/// deleted with version 0.3.
+const MOVED: [(&str, &str); 4] = [
+    ("characterise", "characterise"),
+    ("vectors", "vectors"),
+    ("claims", "claims"),
+    ("--datapath", "render"),
+];
+
+/// Where a command or a flag went.
+fn moved(error: &Error) -> Option<String> {
+    let mut kinds = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].into_iter();
+    let ContextValue::String(word) = kinds.find_map(|kind| error.get(kind))? else { return None };
+    let (word, command) = MOVED.iter().find(|(name, _)| word.split(' ').next() == Some(*name))?;
+    Some(format!(
+        "error: {word}: the laboratory, a program of its own in this repository, has it now:\n  \
+         cargo run --release -p powergs-lab -- {command} --help"
+    ))
+}
+
 fn complain(error: &Error) -> ! {
+    if matches!(error.kind(), ErrorKind::InvalidSubcommand | ErrorKind::UnknownArgument)
+        && let Some(told) = moved(error)
+    {
+        super::out::complain(told);
+        std::process::exit(error.exit_code())
+    }
     if error.kind() == ErrorKind::UnknownArgument
         && let Some(file) = dashed_file()
     {

@@ -1,11 +1,8 @@
 //! The command line: exit codes, output, and what happens around a command.
 
 mod background;
-mod characterise;
-mod claims;
 mod compare;
 mod completions;
-mod datapath;
 pub mod explain;
 mod memory;
 mod output_file;
@@ -13,4 +10,3 @@ mod program;
 mod replay;
 mod run_folder;
 mod validate;
-mod vectors;

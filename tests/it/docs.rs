@@ -1,8 +1,7 @@
 //! The commands of the documentation: those that need nothing run, in the order of their page, on
 //! what the page itself makes; all others are checked for commands, flags, keys and names.
 //!
-//! A block runs unless the line before it says `<!-- not run: REASON -->`. A line
-//! `<!-- first: COMMAND -->` before a block prepares what its readers have from another page.
+//! `testkit::docs` says which lines are commands.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,101 +12,25 @@ use powergs_sim::accel::Machine;
 use powergs_sim::cli::Cli;
 use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, find};
 use powergs_sim::dram::Device;
+use powergs_testkit::docs::{self, Block, commands, words};
 
-/// A fenced block with commands of ours.
-struct Block {
-    /// Page and line.
-    place: String,
-    /// Commands that come before, for readers of this page only.
-    first: Vec<String>,
-    /// One a line; continued lines are joined.
-    commands: Vec<String>,
-    /// Whether the page says that they are not run.
-    skipped: bool,
-}
+const PROGRAM: &str = "powergs-sim";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 fn pages() -> Vec<PathBuf> {
-    let docs = fs::read_dir(root().join("docs")).expect("docs");
-    let mut pages: Vec<PathBuf> = docs.map(|e| e.expect("an entry").path()).collect();
-    pages.retain(|p| p.extension().is_some_and(|e| e == "md"));
-    pages.extend(
-        ["README.md", "arch-configs/README.md", "traces/README.md"].map(|p| root().join(p)),
-    );
-    pages.sort();
-    pages
+    docs::pages(root(), &["README.md", "arch-configs/README.md", "traces/README.md"])
 }
 
-/// The blocks of a page with commands of ours.
+/// The blocks of a page with commands of the program.
 fn blocks(page: &Path) -> Vec<Block> {
-    let text = fs::read_to_string(page).expect("a page");
-    let name = page.strip_prefix(root()).expect("a page of ours").display().to_string();
-    let (mut all, mut first, mut skipped) = (Vec::new(), Vec::new(), false);
-    let mut lines = text.lines().enumerate();
-    while let Some((i, line)) = lines.next() {
-        if let Some(comment) = line.strip_prefix("<!-- ").and_then(|l| l.strip_suffix(" -->")) {
-            first.extend(comment.strip_prefix("first: ").map(str::to_owned));
-            skipped |= comment.starts_with("not run: ");
-            continue;
-        }
-        if !line.starts_with("```") {
-            (first, skipped) = (Vec::new(), false);
-            continue;
-        }
-        let inside: Vec<&str> =
-            lines.by_ref().map(|(_, l)| l).take_while(|l| !l.starts_with("```")).collect();
-        let commands = commands(&inside.join("\n"));
-        if !commands.is_empty() {
-            let place = format!("{name}:{}", i + 1);
-            all.push(Block { place, first: std::mem::take(&mut first), commands, skipped });
-        }
-        (first, skipped) = (Vec::new(), false);
-    }
-    all
-}
-
-/// Lines that begin with a prompt or with the program's name; nothing if none is ours.
-fn commands(text: &str) -> Vec<String> {
-    let joined = text.replace("\\\n", " ");
-    let line = |line: &str| {
-        let command = line.trim_start_matches("$ ");
-        let command = command.replace("cargo run --release -- ", "powergs-sim ");
-        let is_command = line.starts_with("$ ") || is_ours(line);
-        (is_command && !line.contains("...")).then_some(command)
-    };
-    let commands: Vec<String> = joined.lines().filter_map(line).collect();
-    if commands.iter().any(|c| is_ours(c)) { commands } else { Vec::new() }
+    docs::blocks(root(), page, PROGRAM)
 }
 
 fn is_ours(command: &str) -> bool {
     command.starts_with("powergs-sim ")
-}
-
-/// The words of the program in a shell line, up to a pipe, a redirection or a comment.
-fn words(command: &str) -> Vec<String> {
-    let (mut words, mut word, mut quote, mut begun) = (Vec::new(), String::new(), None, false);
-    for c in command.chars() {
-        match (c, quote) {
-            (c, Some(q)) if c == q => quote = None,
-            (c, Some(_)) => word.push(c),
-            ('\'' | '"', None) => (quote, begun) = (Some(c), true),
-            ('|' | '>' | '<' | '&' | ';', None) => break,
-            ('#', None) if !begun => break,
-            (' ', None) => {
-                words.extend(begun.then(|| std::mem::take(&mut word)));
-                begun = false;
-            }
-            (c, None) => {
-                word.push(c);
-                begun = true;
-            }
-        }
-    }
-    words.extend((!word.is_empty()).then_some(word));
-    words
 }
 
 /// What is wrong with a command that is not run.
@@ -216,7 +139,7 @@ fn examples_of_the_help_have_flags_keys_and_names_that_exist() {
     for command in Cli::command().get_subcommands() {
         let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
         let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
-        for line in commands(&examples.join("\n")).iter().filter(|c| is_ours(c)) {
+        for line in commands(&examples.join("\n"), PROGRAM).iter().filter(|c| is_ours(c)) {
             seen += 1;
             wrong.extend(mistakes(line).into_iter().map(|m| format!("{line}\n{m}")));
         }

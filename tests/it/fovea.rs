@@ -61,11 +61,6 @@ fn from_four_files_to_a_report_with_regions() {
     let note = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
     assert!(note.contains("no pixel is in R2, R3, R4"), "{note}");
 
-    let mut hardware = run(&["render", "model.fov", "--gaze", "0.5,0.5", "-o", "hardware"]);
-    let refused = hardware.args(VIEWS).args(["--datapath", "gscore-fp16"]).assert().code(2);
-    refused
-        .stderr(predicates::str::contains("--datapath: the rendering hardware blends one level"));
-
     let mut extract = run(&["extract", "model.fov", "--gaze-cycle", "9", "-o", "fr.bin"]);
     extract.args(VIEWS).args(EYE).assert().success();
     let info = json(&mut run(&["--json", "trace", "info", "fr.bin"]));

@@ -12,9 +12,6 @@ mod docs;
 mod dram;
 mod examples;
 mod fovea;
-#[allow(dead_code)] // the tests of the crate use the rest
-#[path = "../../crates/report/tests/it/foveated_run.rs"]
-mod foveated_run;
 mod geometry;
 mod headset;
 mod lpips;

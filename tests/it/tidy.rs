@@ -28,20 +28,20 @@ struct Source {
 }
 
 impl Source {
-    /// The folder under `crates` that the file belongs to; `None` in the root package.
+    /// The folder under `crates` or `lab` that the file belongs to; `None` in the root package.
     fn folder(&self) -> Option<&str> {
-        let inside = self.path.strip_prefix("crates").ok()?;
-        inside.components().next()?.as_os_str().to_str()
+        let mut parts = self.path.iter().map(|name| name.to_str().expect("a name in UTF-8"));
+        let in_crate = matches!(parts.next(), Some("crates" | "lab"));
+        if in_crate { parts.next() } else { None }
     }
 
     /// The path inside the package: `src/…`, `tests/…`.
     fn inside(&self) -> &Path {
-        match self.folder() {
-            Some(folder) => {
-                self.path.strip_prefix(Path::new("crates").join(folder)).expect("in its crate")
-            }
-            None => &self.path,
+        let mut parts = self.path.components();
+        if self.folder().is_some() {
+            parts.nth(1);
         }
+        parts.as_path()
     }
 
     /// The modules that the file is in, outermost first: `["trace", "codec"]`.
@@ -71,7 +71,7 @@ fn sources() -> &'static [Source] {
 fn read_all() -> Vec<Source> {
     let mut paths = Vec::new();
     for folder in
-        ["src", "tests", "benches", "examples", "fuzz/fuzz_targets", "crates", "python/src"]
+        ["src", "tests", "benches", "examples", "fuzz/fuzz_targets", "crates", "lab", "python/src"]
     {
         collect(&root().join(folder), &mut paths);
     }

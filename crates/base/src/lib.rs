@@ -1,9 +1,10 @@
-//! The ground floor of `powergs-sim`: measures with units, TOML files with good errors, pictures in
-//! memory.
+//! The ground floor of `powergs-sim`: measures with units, number formats, TOML files with good
+//! errors, pictures in memory.
 
 pub mod budget;
 pub mod config;
 pub mod format;
+pub mod number;
 pub mod picture;
 pub mod quantity;
 

@@ -5,9 +5,9 @@ use std::num::NonZeroU32;
 use serde::Serialize;
 use toml::Value;
 
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::machine::RecordSpec;
-use powergs_datapath::NumberFormat;
 use powergs_optimize::record::RecordFormats;
 use powergs_scene::Gaussians;
 

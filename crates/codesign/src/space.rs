@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use powergs_base::config::{self, Config, ConfigError, Problem};
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::{Nanoseconds, SquareMillimetres};
-use powergs_datapath::NumberFormat;
 use powergs_optimize::record::RecordFormats;
 use powergs_study::sweep::file::{AxisSpec, EnergySpec, Sampling, Settings};
 

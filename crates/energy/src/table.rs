@@ -13,8 +13,8 @@ use crate::prices::{DramCosts, Prices};
 use crate::supply::Supply;
 use powergs_base::config::embedded::ENERGY;
 use powergs_base::config::{self, ConfigError, layer};
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
-use powergs_datapath::NumberFormat;
 
 mod check;
 mod keys;

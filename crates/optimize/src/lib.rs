@@ -23,7 +23,6 @@ pub mod adam;
 mod between;
 pub mod campaign;
 pub mod checkpoint;
-pub mod claims;
 pub mod conclusion;
 pub mod estimate;
 pub mod fit;

@@ -1,7 +1,7 @@
 //! The numbers that a machine reads of a model: which format each field of the record of a Gaussian
 //! has, and what rounding to it makes of the parameters.
 //!
-//! Numbers of a record are those that a culling and conversion unit takes (`raster::front_end`):
+//! Numbers of a record are those that a culling and conversion unit takes (`rtl/ccu.sv`):
 //! centres in world units, standard deviations (not their logarithms), unit quaternions, opacities
 //! from 0 to 1, coefficients of colours times the factors of their functions, the constant one with
 //! the half that a colour begins at. A value beyond the largest number of a format becomes that
@@ -15,8 +15,8 @@ use std::num::NonZeroU32;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use powergs_datapath::NumberFormat;
-use powergs_datapath::ccu::programs::FACTORS;
+use powergs_base::number::NumberFormat;
+use powergs_frame::scene::ShDegree;
 use powergs_scene::Gaussians;
 
 /// The format of each field; `None`: the field is not rounded.
@@ -98,15 +98,15 @@ impl RecordFormats {
     }
 }
 
-/// Rounds the coefficients of a channel of a Gaussian. `FACTORS` ends with degree 3, as records do;
+/// Rounds the coefficients of a channel of a Gaussian. [`ShDegree::FACTORS`] ends with degree 3, as records do;
 /// a coefficient beyond is left alone.
 fn colour(channel: &mut [f32], dc: Option<Grid>, rest: Option<Grid>) {
     let Some((first, others)) = channel.split_first_mut() else { return };
     if let Some(grid) = dc {
-        *first = (grid.nearest(*first * FACTORS[0] + 0.5) - 0.5) / FACTORS[0];
+        *first = (grid.nearest(*first * ShDegree::FACTORS[0] + 0.5) - 0.5) / ShDegree::FACTORS[0];
     }
     if let Some(grid) = rest {
-        for (k, factor) in others.iter_mut().zip(&FACTORS[1..]) {
+        for (k, factor) in others.iter_mut().zip(&ShDegree::FACTORS[1..]) {
             *k = grid.nearest(*k * factor) / factor;
         }
     }

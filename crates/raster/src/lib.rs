@@ -8,20 +8,15 @@
 //! [`train`] is the differentiable form: the same picture, and the gradients of a loss.
 
 mod blend;
-mod core_work;
-mod datapath;
 mod forward;
 pub mod foveated;
-mod front_end;
 mod prepare;
 pub mod regions;
 mod row;
 mod sight;
 pub mod train;
 
-pub use core_work::{CorePixels, CoreSplat, CoreWork, TileWork, core_work, tile_work};
-pub use datapath::render_datapath;
 pub use forward::{Canvas, Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};
-pub use front_end::{FrontEnd, render_hardware};
+pub use prepare::front_to_back;
 pub use sight::most_in_sight;

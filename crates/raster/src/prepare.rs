@@ -60,6 +60,26 @@ impl Prepared {
     }
 }
 
+/// The splats of a view that are visible and their colours, front to back by what `key` makes of
+/// their depths, ties by index in the scene.
+pub fn front_to_back(
+    scene: &Gaussians,
+    camera: &Camera,
+    level: Level,
+    key: impl Fn(f32) -> f32 + Sync,
+) -> (Vec<Splat>, Vec<[f32; 3]>) {
+    let (mut visible, mut splats, mut colours) = (Vec::new(), Vec::new(), Vec::new());
+    project(scene, camera, level, &mut visible, &mut Vec::new());
+    in_depth_order(
+        &visible,
+        |visible| key(visible.splat.depth),
+        &mut Vec::new(),
+        (&mut splats, &mut colours),
+        |_, visible| (visible.splat, visible.colour),
+    );
+    (splats, colours)
+}
+
 /// Projects the scene: the visible splats of each part of [`PART`] Gaussians in index order, and
 /// one bit per Gaussian that survived.
 pub(super) fn project(

@@ -4,7 +4,6 @@
 
 pub mod bottleneck;
 pub mod charts;
-pub mod claims;
 pub mod codesign;
 pub mod compare;
 pub mod csv;

@@ -5,6 +5,7 @@ pub mod camera_files;
 pub mod charts;
 pub mod difference;
 pub mod display;
+pub mod docs;
 pub mod foveated;
 pub mod lpips;
 pub mod scene_files;

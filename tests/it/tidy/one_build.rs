@@ -13,6 +13,8 @@ use super::{none, root};
 type Units = BTreeMap<u64, Unit>;
 
 struct Unit {
+    /// Where its package comes from.
+    package: String,
     /// Package, target and features, for messages.
     text: String,
     /// Whether it is a library of this workspace, no test, example or program.
@@ -50,7 +52,8 @@ impl Unit {
         let kind = text(&unit["target"]["kind"][0]);
         let library = package.starts_with("path+") && kind == "lib" && unit["mode"] == "build";
         let short = package.rsplit('/').next().unwrap_or(&package).to_owned();
-        Unit { text: format!("{short} ({kind} {name}, features {})", unit["features"]), library }
+        let text = format!("{short} ({kind} {name}, features {})", unit["features"]);
+        Unit { package, text, library }
     }
 }
 
@@ -113,6 +116,16 @@ fn tests_of_one_package_compile_nothing_after_those_of_all() {
         }
     }
     none(findings);
+}
+
+#[test]
+fn the_laboratory_compiles_its_own_crates_alone() {
+    let lab = units("test --release -p powergs-lab -p powergs-gates -p powergs-datapath");
+    let (Some(test), Some(lab)) = (units("test --release"), lab) else { return };
+    let ours = ["lab/powergs-lab", "lab/gates", "lab/datapath"];
+    let again = compiled_again(&lab, &[&test]).into_iter();
+    let again = again.filter(|unit| !ours.iter().any(|folder| unit.package.contains(folder)));
+    none(again.map(|u| format!("{}: {REMEDY}", u.text)).collect());
 }
 
 #[test]

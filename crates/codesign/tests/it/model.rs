@@ -2,11 +2,11 @@
 
 use std::num::NonZeroU32;
 
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::Bytes;
 use powergs_codesign::model::{ModelPoint, RecordBytes, models, unreadable};
 use powergs_codesign::space::{FormatSpec, ModelSpec};
 use powergs_core::run::System;
-use powergs_datapath::NumberFormat;
 use powergs_scene::Gaussians;
 
 fn format(text: &str) -> Option<NumberFormat> {

@@ -4,9 +4,7 @@ mod laws;
 mod memo;
 mod oracle;
 mod organisation;
-mod rendering_hardware;
 mod rules;
-mod sorting_hardware;
 pub mod support;
 mod timelines;
 

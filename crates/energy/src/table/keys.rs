@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::node;
 use crate::supply::Curve;
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::{
     Hertz, Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Volts, Watts,
 };
-use powergs_datapath::NumberFormat;
 
 /// The price of one action: exactly one of `energy`, `flops` and `free`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 
-use powergs_datapath::NumberFormat;
+use powergs_base::number::NumberFormat;
 use powergs_optimize::prune::{Score, select};
 use powergs_optimize::record::{RecordFormats, codebook};
 use powergs_optimize::target::{Quality, Target};

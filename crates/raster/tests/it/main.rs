@@ -1,6 +1,5 @@
 //! Are images, counters and gradients right?
 
-mod datapath;
 mod dual;
 mod foveated;
 mod gradient_naive;

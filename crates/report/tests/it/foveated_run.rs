@@ -1,6 +1,5 @@
 //! A made-up foveated run in which every published claim holds.
 
-use powergs_optimize::claims::Run;
 use powergs_optimize::fit::OptimumPlace;
 use powergs_optimize::foveated::{LevelState, Method};
 use powergs_optimize::results::{
@@ -203,9 +202,4 @@ pub fn run() -> Results {
             ]),
         }),
     }
-}
-
-/// Under a name.
-pub fn labelled(label: &str, results: Results) -> Run {
-    Run { label: label.into(), results }
 }

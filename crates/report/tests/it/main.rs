@@ -2,7 +2,6 @@
 
 pub mod builder;
 mod charts;
-mod claims;
 mod compare;
 mod document;
 mod formats;

@@ -7,8 +7,8 @@ pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 use powergs_base::config::layer;
+use powergs_base::number::NumberFormat;
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
-use powergs_datapath::NumberFormat;
 use powergs_dram::device::Order;
 use powergs_frame::scene::ShDegree;
 
