@@ -256,7 +256,14 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     let (file, kind) = open(arch)?;
     let as_written = sets.is_empty() && !resolved;
     if sets.is_empty() && !context.global.json && (as_written || kind != Kind::Sweep) {
-        let text = if resolved { layer::without_places(&file.text) } else { file.own().into() };
+        let text = match (resolved, kind) {
+            (false, _) => file.own().into(),
+            (true, Kind::Machine) => {
+                let machine = Machine::parse(&file.text).usage(&file.origin)?;
+                layer::without(&file.text, |key| machine.lacks(key).is_some())
+            }
+            (true, _) => layer::without_places(&file.text),
+        };
         return out::text(&for_a_copy(&text)).map(|()| Exit::Done);
     }
     if kind == Kind::Sweep {
@@ -281,7 +288,7 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     }
     let system = inputs::system(arch, sets, None)?;
     if context.global.json {
-        return out::json(system.machine()).map(|()| Exit::Done);
+        return out::json(&system.machine().stated()).map(|()| Exit::Done);
     }
     out::text(&system.machine_toml()).map(|()| Exit::Done)
 }

@@ -51,6 +51,11 @@ impl Source {
         names.map(|name| name.trim_end_matches(".rs")).collect()
     }
 
+    /// Whether it is of a program: of this one, or of the laboratory.
+    fn is_program(&self) -> bool {
+        self.folder().is_none_or(|folder| folder == "powergs-lab")
+    }
+
     /// Whether users get it: neither a test nor the test kit.
     fn is_library(&self) -> bool {
         let library = self.folder().is_some_and(|folder| folder != "testkit");
@@ -199,10 +204,10 @@ impl Allowed {
         }
         match self {
             Allowed::Nowhere | Allowed::Checks => false,
-            Allowed::Program => source.folder().is_none(),
+            Allowed::Program => source.is_program(),
             Allowed::Files => {
                 let mut modules = source.modules().into_iter();
-                source.folder().is_none() || modules.any(|name| FILE_MODULES.contains(&name))
+                source.is_program() || modules.any(|name| FILE_MODULES.contains(&name))
             }
         }
     }

@@ -17,5 +17,5 @@ pub mod suggest;
 
 pub use document::{Config, parse};
 pub use embedded::Embedded;
-pub use error::{ConfigError, Problem};
+pub use error::{ConfigError, Place, Problem};
 pub use schema::{KeyDoc, key_docs, schema_of};

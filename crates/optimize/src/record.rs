@@ -98,8 +98,8 @@ impl RecordFormats {
     }
 }
 
-/// Rounds the coefficients of a channel of a Gaussian. [`ShDegree::FACTORS`] ends with degree 3, as records do;
-/// a coefficient beyond is left alone.
+/// Rounds the coefficients of a channel of a Gaussian. [`ShDegree::FACTORS`] ends with degree 3, as
+/// records do; a coefficient beyond is left alone.
 fn colour(channel: &mut [f32], dc: Option<Grid>, rest: Option<Grid>) {
     let Some((first, others)) = channel.split_first_mut() else { return };
     if let Some(grid) = dc {

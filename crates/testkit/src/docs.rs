@@ -1,4 +1,5 @@
-//! The commands of pages: fenced blocks with lines that begin with a prompt or the name of a program.
+//! The commands of pages: fenced blocks with lines that begin with a prompt or the name of a
+//! program.
 //!
 //! A block runs unless the line before it says `<!-- not run: REASON -->`. A line
 //! `<!-- first: COMMAND -->` before a block prepares what its readers have from another page.

@@ -37,6 +37,16 @@ impl<T> Config<T> {
         Problem { place, key: key.to_owned(), message }
     }
 
+    /// The keys that were written, each with its place, sorted.
+    pub fn stated(&self) -> impl Iterator<Item = (&str, &Place)> {
+        self.places.iter().map(|(key, place)| (key.as_str(), place))
+    }
+
+    /// Whether a key was written.
+    pub fn states(&self, key: &str) -> bool {
+        self.places.contains_key(key)
+    }
+
     /// The value, if there are no problems with it.
     ///
     /// # Errors

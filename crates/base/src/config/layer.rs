@@ -122,6 +122,14 @@ pub fn on(base_at: &str, base: &str, at: &str, over: &str) -> Result<String, Str
     Ok(below.with(above).text())
 }
 
+/// The text without the keys and tables that `is_out`, with their comments. What is no TOML stays.
+pub fn without(text: &str, is_out: impl Fn(&str) -> bool) -> String {
+    let Ok(parsed) = DeTable::parse(text) else { return text.to_owned() };
+    let mut statements = Statements::of("", text, parsed.get_ref());
+    statements.all.retain(|statement| !is_out(&statement.path().join(".")));
+    without_places(&statements.text())
+}
+
 /// A key with its value, or the head of a table, with the comments above it.
 #[derive(Debug, Clone)]
 struct Statement {

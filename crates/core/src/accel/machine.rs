@@ -17,9 +17,11 @@ use powergs_dram::device::Order;
 use powergs_energy::action::{Buffer, Inventory, Memory, Part};
 
 mod check;
+mod optional;
 mod parts;
 mod spec;
 
+pub use optional::{OPTIONAL, Optional};
 pub use spec::{
     AccessOrder, Assignment, BinningMethod, BinningSpec, BufferSpec, BufferSpecs, CacheSpec,
     CcuOperations, CcuSpec, CodebookSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource,
@@ -54,16 +56,20 @@ pub struct Machine {
     /// Volume rendering units.
     pub vru: VruSpec,
     /// What it has for foveated frames.
+    #[serde(default)]
     pub fovea: FoveaSpec,
     /// On-chip buffers.
     pub buffers: BufferSpecs,
     /// How pairs get into the lists of tiles.
+    #[serde(default)]
     pub binning: BinningSpec,
     /// Cache of feature records between the feature buffers and the DRAM.
+    #[serde(default)]
     pub cache: CacheSpec,
     /// Which tile goes where, and what may overlap.
     pub schedule: ScheduleSpec,
     /// What is switched off while it has no work.
+    #[serde(default)]
     pub gating: GatingSpec,
     /// External memory.
     pub dram: DramSpec,
@@ -163,6 +169,10 @@ impl Machine {
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
         let text = &layer::on_embedded(text, MACHINES)?;
         let config = config::parse::<Machine>(text, sets)?;
+        let strays = optional::strays(&config);
+        if !strays.is_empty() {
+            return config.checked(strays);
+        }
         let problems = check::problems(&config.value);
         if !problems.is_empty() {
             let remedy = together(text, sets, &problems);
@@ -266,9 +276,17 @@ impl Machine {
         }
     }
 
-    /// The machine as TOML: every key, overlays applied, no comments.
+    /// Every key that has an effect, overlays applied.
+    pub fn stated(&self) -> toml::Table {
+        let table = toml::Table::try_from(self);
+        let mut table = table.expect("a machine has only tables, numbers and strings");
+        optional::leave_out(&mut table, self);
+        table
+    }
+
+    /// The machine as TOML, as [`Machine::stated`], no comments.
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("a machine has only tables, numbers and strings")
+        self.stated().to_string()
     }
 
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile

@@ -9,7 +9,7 @@ use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::inert::inert;
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::machine::{DramModel, OPTIONAL};
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
 use powergs_dram::Device;
@@ -23,13 +23,9 @@ const TEXT: [&str; 4] = ["name", "description", "source", "scale-source"];
 const NEAR: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 /// Factors that are tried for the far values, the wanted one first.
 const FAR: [[f64; 3]; 2] = [[0.5, 0.75, 0.25], [2.0, 1.25, 4.0]];
-/// What a key that is 0 (off) is set to; others are set to 1 of their unit.
-const OFF: [(&str, &str); 4] = [
-    ("cache.capacity", "32 KiB"),
-    ("codebook.entries", "1024"),
-    ("schedule.merge-below", "256"),
-    ("dram.second-master.rate", "5 GB/s"),
-];
+/// What a key that is 0 (off) is set to where no part of a machine says it; others are set to 1 of
+/// their unit.
+const OFF: [(&str, &str); 1] = [("schedule.merge-below", "256")];
 
 /// A key with its value.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,6 +158,9 @@ pub(super) fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
         }
         let mut found = Vec::new();
         leaves(&base.table(file.into()).unwrap_or_default(), "", &mut found);
+        // What is of a part that the machine lacks can move nothing; the key that brings it may.
+        let is_of_machine = file == KnobFile::Machine;
+        found.retain(|(path, _)| !is_of_machine || base.machine().lacks(path).is_none());
         for (path, value) in found {
             let last = path.rsplit('.').next().unwrap_or(&path);
             let names = others(&path, &value, &docs);
@@ -202,7 +201,9 @@ fn others(path: &str, value: &Value, docs: &[KeyDoc]) -> Vec<Value> {
     let unit = docs.iter().find(is_key).map_or("", |d| d.unit.as_str());
     let choices = unit.strip_prefix("one of ").unwrap_or("").split(", ");
     names.extend(choices.filter(|n| !n.is_empty()).map(Value::from).filter(|n| n != value));
-    let off = OFF.iter().find(|(key, _)| *key == path).map(|(_, on)| knob::written(on));
+    let of_parts = OPTIONAL.iter().flat_map(|part| part.with).filter_map(|set| set.split_once('='));
+    let mut off = of_parts.chain(OFF).filter(|(key, _)| *key == path);
+    let off = off.next().map(|(_, on)| knob::written(on));
     match value {
         Value::Boolean(b) => names.push(Value::Boolean(!b)),
         Value::Integer(0) => names.push(off.unwrap_or(Value::Integer(1))),

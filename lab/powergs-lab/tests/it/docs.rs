@@ -1,5 +1,5 @@
-//! The commands of the laboratory on the pages and in its help: flags and names that exist. They run
-//! in `.ci/lab`.
+//! The commands of the laboratory on the pages and in its help: flags and names that exist. They
+//! run in `.ci/lab`.
 
 use std::path::Path;
 

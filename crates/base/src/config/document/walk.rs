@@ -9,6 +9,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::Source;
 use crate::config::error::{PROBLEMS_MAX, Place, Problem};
+use crate::config::layer;
 use crate::config::schema::{self, choices, definition, join, list_item};
 use crate::config::suggest::nearest;
 
@@ -44,6 +45,15 @@ impl<'a> Walk<'a> {
             let full = join(path, key.get_ref());
             match schema::property(schema, key.get_ref()) {
                 None => meant.extend(self.unknown(&key, schema, path)),
+                // A table that need not be there: it is not.
+                Some(sub)
+                    if value.get_ref().as_str() == Some(layer::NONE)
+                        && schema::is_table(sub)
+                        && !schema::required(schema).any(|r| r == key.get_ref().as_ref()) =>
+                {
+                    let at = self.key_span(&key.span(), &value.span());
+                    self.places.insert(full, self.source.place(at));
+                }
                 Some(sub) => {
                     let at = self.key_span(&key.span(), &value.span());
                     self.places.insert(full.clone(), self.source.place(at));

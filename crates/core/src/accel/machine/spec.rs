@@ -77,7 +77,7 @@ pub struct RecordSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct CodebookSpec {
-    /// Entries; 0 for a machine without, whose records have the coefficients themselves.
+    /// Entries; without it, or with 0, there is none: records have the coefficients themselves.
     #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
     pub entries: u32,
     /// Bytes of an entry: the coefficients of three channels, of the highest SH degree that it is
@@ -339,7 +339,8 @@ pub struct VruSpec {
     /// `subtile-parallel`, where they do not.
     pub switch: Switch,
     /// Entries that wait for the units of a sub-tile, or behind the scan, with the one that is
-    /// worked on. Of effect with `subtile-parallel` and with `switch = "scan"`.
+    /// worked on: with `subtile-parallel` and with `switch = "scan"` (A84).
+    #[serde(default = "queued_entries")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
     pub subtile_queue: u32,
     /// State of a pixel that is not finished: transmittance and colour.
@@ -348,14 +349,30 @@ pub struct VruSpec {
     /// stopped; pairs that begin in them are executed in vain.
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub stop_latency: u32,
-    /// Arithmetic of the colour unit of a core: operations of `ccu.operations.sh-colour` that it
-    /// makes in a cycle; 0 for a machine without. Of effect with `ccu.fetch = "lazy-colour"`, which
-    /// needs one.
+    /// Arithmetic of the colour unit of a core, which `ccu.fetch = "lazy-colour"` needs: operations
+    /// of `ccu.operations.sh-colour` that it makes in a cycle.
+    #[serde(default)]
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations per cycle"))]
     pub colour_operations_per_cycle: u32,
-    /// Pipeline latency of the colour unit, cycles.
+    /// Pipeline latency of the colour unit, cycles (A103).
+    #[serde(default = "colour_cycles")]
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub colour_latency: u32,
+}
+
+fn queued_entries() -> u32 {
+    2
+}
+
+fn colour_cycles() -> u32 {
+    16
+}
+
+impl VruSpec {
+    /// Whether entries wait in queues in front of the units.
+    pub fn has_queues(&self) -> bool {
+        self.organisation == Organisation::SubtileParallel || self.switch == Switch::Scan
+    }
 }
 
 /// How the units of a core share the sub-tiles of a tile.
@@ -394,11 +411,11 @@ impl Switch {
 
 /// The `[fovea]` table: what a machine has for foveated frames. Of no effect on others.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct FoveaSpec {
-    /// Levels that a rendering unit blends at the same time in tiles that show two: 0 for a machine
-    /// that cannot show foveated frames, 1 for one that blends the two one after the other, 2 for
-    /// one with a second accumulator.
+    /// Levels that a rendering unit blends at the same time in tiles that show two: 1 for one that
+    /// blends the two one after the other, 2 for one with a second accumulator; without it, or with
+    /// 0, the machine cannot show foveated frames.
     #[schemars(range(min = 0, max = 2), extend("x-unit" = "levels"))]
     pub accumulators: u32,
     /// Look-ups of the level of a tile, and comparisons with it, of one CCU a cycle.
@@ -408,6 +425,13 @@ pub struct FoveaSpec {
     pub record: Bytes,
     /// Colour and opacity of the second level, added to a feature record in tiles that show two.
     pub feature: Bytes,
+}
+
+impl Default for FoveaSpec {
+    /// Nothing; what there is where the file says only the accumulators (A16).
+    fn default() -> FoveaSpec {
+        FoveaSpec { accumulators: 0, level_tests: 1, record: Bytes(19), feature: Bytes(8) }
+    }
 }
 
 /// The `[buffers.*]` tables.
@@ -459,9 +483,10 @@ pub enum Ports {
     ReadAndWrite,
 }
 
-/// The `[binning]` table: how (splat, tile) pairs get into the lists of tiles.
+/// The `[binning]` table: how (splat, tile) pairs get into the lists of tiles. Without it lists are
+/// there for nothing.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct BinningSpec {
     /// Who knows where the next entry of a tile goes.
     pub method: BinningMethod,
@@ -478,6 +503,27 @@ pub struct BinningSpec {
     pub partial: PartialWrite,
     /// Bytes of the blocks in which lists grow, with `append`.
     pub block: Bytes,
+}
+
+impl Default for BinningSpec {
+    /// Free lists; what there is where the file says only another method (A91).
+    fn default() -> BinningSpec {
+        let memory = |capacity, word| BufferSpec {
+            capacity: Bytes(capacity),
+            word: Bytes(word),
+            banks: 2,
+            ports: Ports::ReadOrWrite,
+        };
+        BinningSpec {
+            method: BinningMethod::Free,
+            pointer_size: Bytes(4),
+            pointers: memory(16 << 10, 4),
+            combining: memory(8 << 10, 8),
+            line: Bytes(32),
+            partial: PartialWrite::Masked,
+            block: Bytes(1 << 10),
+        }
+    }
 }
 
 /// How lists are made.
@@ -517,9 +563,9 @@ pub enum PartialWrite {
 
 /// The `[cache]` table: a set-associative cache of feature records, least recently used first out.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct CacheSpec {
-    /// Size; 0 B for a machine without one.
+    /// Size; without it, or with 0 B, there is none.
     pub capacity: Bytes,
     /// Records of a set.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "ways"))]
@@ -535,6 +581,20 @@ pub struct CacheSpec {
     /// Banks.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
     pub banks: u32,
+}
+
+impl Default for CacheSpec {
+    /// None; what one has where the file says only its size (A96, A102).
+    fn default() -> CacheSpec {
+        CacheSpec {
+            capacity: Bytes(0),
+            ways: 4,
+            eviction: Eviction::Lru,
+            distance_bits: 8,
+            word: Bytes(32),
+            banks: 4,
+        }
+    }
 }
 
 impl CacheSpec {
@@ -600,15 +660,22 @@ pub enum Overlap {
     Frames,
 }
 
-/// The `[gating]` table: power gating.
+/// The `[gating]` table: power gating; without it there is none.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct GatingSpec {
     /// Whether units without work are switched off.
     pub units: bool,
     /// Share of its leakage that a unit keeps when it is switched off, 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
     pub residual: f64,
+}
+
+impl Default for GatingSpec {
+    /// None; what is left where units are switched off (A38).
+    fn default() -> GatingSpec {
+        GatingSpec { units: false, residual: 0.1 }
+    }
 }
 
 /// Where the keys of a sorting pass go.
@@ -698,15 +765,16 @@ pub struct DramSpec {
     /// every read.
     pub controller_latency: Nanoseconds,
     /// Another user of the memory.
+    #[serde(default)]
     pub second_master: SecondMasterSpec,
 }
 
 /// The `[dram.second-master]` table: a GPU, a display or a camera that takes its part of the memory
 /// all the time.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct SecondMasterSpec {
-    /// Bytes that it asks for in a second; `0 B/s`: there is none.
+    /// Bytes that it asks for in a second; without it, or with 0 B/s, there is none.
     pub rate: BytesPerSecond,
     /// Where its requests go.
     pub pattern: AccessOrder,
@@ -722,6 +790,20 @@ pub struct SecondMasterSpec {
     /// ones wait outside.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
     pub in_flight: u32,
+}
+
+impl Default for SecondMasterSpec {
+    /// None; what there is where the file says only its rate (A18).
+    fn default() -> SecondMasterSpec {
+        SecondMasterSpec {
+            rate: BytesPerSecond(0.0),
+            pattern: AccessOrder::Stream,
+            request: Bytes(64),
+            reads: 1.0,
+            efficiency: 0.9,
+            in_flight: 64,
+        }
+    }
 }
 
 /// Where the requests of a second master go.

@@ -22,7 +22,7 @@ fn an_empty_file_lists_what_is_missing() {
 #[test]
 fn a_file_cut_anywhere_is_refused_or_complete() {
     let text = gscore();
-    let last = "in-flight = 64 }";
+    let last = "controller-latency = \"40 ns\"";
     let last_value = text.rfind(last).expect("the last key") + last.len();
     for end in (0..text.len()).step_by(11).filter(|&i| text.is_char_boundary(i)) {
         assert_eq!(Machine::parse(&text[..end]).is_ok(), end >= last_value, "cut at {end}");

@@ -1,0 +1,160 @@
+//! Parts that a machine may not have, and choices that bring keys of their own. Without them those
+//! keys have no effect: files leave them out, and what is asked of them is refused.
+
+use toml::{Table, Value};
+
+use super::{BinningMethod, Eviction, Fetch, Machine};
+use powergs_base::config::{Config, Place, Problem};
+
+/// A part with keys of its own.
+#[derive(Debug, Clone, Copy)]
+pub struct Optional {
+    /// What it is, with its article.
+    pub what: &'static str,
+    /// The key that brings it.
+    pub switch: &'static str,
+    /// Its keys: a table with all that is in it, or single keys.
+    keys: &'static [&'static str],
+    /// `--set` values with which a machine has it.
+    pub with: &'static [&'static str],
+    is_there: fn(&Machine) -> bool,
+}
+
+/// All of them.
+pub const OPTIONAL: [Optional; 9] = [
+    Optional {
+        what: "a feature cache",
+        switch: "cache.capacity",
+        keys: &["cache"],
+        with: &["cache.capacity=32 KiB"],
+        is_there: |m| m.cache.is_there(),
+    },
+    Optional {
+        what: "eviction by reuse distance",
+        switch: "cache.eviction",
+        keys: &["cache.distance-bits"],
+        with: &["cache.capacity=32 KiB", "cache.eviction=reuse-distance"],
+        is_there: |m| m.cache.eviction == Eviction::ReuseDistance,
+    },
+    Optional {
+        what: "a codebook",
+        switch: "codebook.entries",
+        keys: &["codebook"],
+        with: &["codebook.entries=1024"],
+        is_there: |m| m.codebook.entries > 0,
+    },
+    Optional {
+        what: "accumulators for foveated frames",
+        switch: "fovea.accumulators",
+        keys: &["fovea"],
+        with: &["fovea.accumulators=1"],
+        is_there: |m| m.fovea.accumulators > 0,
+    },
+    Optional {
+        what: "a second master",
+        switch: "dram.second-master.rate",
+        keys: &["dram.second-master"],
+        with: &["dram.second-master.rate=5 GB/s"],
+        is_there: |m| m.dram.second_master.rate.0 > 0.0,
+    },
+    Optional {
+        what: "lists that it makes itself",
+        switch: "binning.method",
+        keys: &["binning"],
+        with: &["binning.method=append", "gsu.reuse-period=1"],
+        is_there: |m| m.binning.method != BinningMethod::Free,
+    },
+    Optional {
+        what: "power gating",
+        switch: "gating.units",
+        keys: &["gating"],
+        with: &["gating.units=true"],
+        is_there: |m| m.gating.units,
+    },
+    Optional {
+        what: "queues in front of its rendering units",
+        switch: "vru.switch",
+        keys: &["vru.subtile-queue"],
+        with: &[
+            "vru.organisation=subtile-serial",
+            "vru.switch=scan",
+            "vru.termination=subtile",
+            "buffers.pixel-out.capacity=2 MiB",
+        ],
+        is_there: |m| m.vru.has_queues(),
+    },
+    Optional {
+        what: "colour units in its cores",
+        switch: "ccu.fetch",
+        keys: &["vru.colour-operations-per-cycle", "vru.colour-latency"],
+        with: &[
+            "ccu.fetch=lazy-colour",
+            "record.feature-source=nobody",
+            "vru.colour-operations-per-cycle=133",
+        ],
+        is_there: |m| m.ccu.fetch == Fetch::LazyColour,
+    },
+];
+
+impl Optional {
+    /// The part that a key is of; `None` for one that every machine has.
+    pub fn of(key: &str) -> Option<&'static Optional> {
+        // The narrowest: bits of a distance are of the eviction, then of the cache.
+        OPTIONAL.iter().filter(|part| part.has(key)).max_by_key(|part| part.keys[0].len())
+    }
+
+    /// Whether a key is one of its own.
+    fn has(&self, key: &str) -> bool {
+        let is_of = |own: &&str| {
+            key.strip_prefix(*own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        self.keys.iter().any(|own| is_of(&own))
+    }
+
+    /// Whether a machine has it.
+    pub fn is_in(&self, machine: &Machine) -> bool {
+        (self.is_there)(machine)
+    }
+}
+
+impl Machine {
+    /// The part without which a key has no effect on this machine, as it does not have it.
+    pub fn lacks(&self, key: &str) -> Option<&'static Optional> {
+        let of_key = OPTIONAL.iter().filter(|part| part.has(key) && part.switch != key);
+        of_key.into_iter().find(|part| !part.is_in(self))
+    }
+}
+
+/// Takes the keys of all parts that a machine does not have out of its table.
+pub(super) fn leave_out(table: &mut Table, machine: &Machine) {
+    for part in OPTIONAL.iter().filter(|part| !part.is_in(machine)) {
+        for key in part.keys {
+            let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
+            let tables = tables.split('.').filter(|name| !name.is_empty());
+            let at = tables.fold(Some(&mut *table), |at, name| {
+                at?.get_mut(name).and_then(Value::as_table_mut)
+            });
+            at.map(|at| at.remove(last));
+        }
+    }
+}
+
+/// Keys of parts that the machine does not have: asked for by `--set`, or in a file that does not
+/// say whether it has the part. A file that says that it has none may keep the other keys.
+pub(super) fn strays(config: &Config<Machine>) -> Vec<Problem> {
+    let stray = |(key, place): (&str, &Place)| {
+        let part = config.value.lacks(key)?;
+        let is_table = part.keys.contains(&key) && part.switch.starts_with(&format!("{key}."));
+        let is_meant = matches!(place, Place::Set(_)) || !config.states(part.switch);
+        (is_meant && !is_table).then(|| {
+            let Optional { what, switch, with, .. } = part;
+            let message = format!(
+                "`{key}` is of {what}, which this machine does not have: give `{switch}` (for \
+                 example --set '{}')",
+                with.join("' --set '")
+            );
+            config.problem(key, message)
+        })
+    };
+    config.stated().filter_map(stray).collect()
+}
