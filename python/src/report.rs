@@ -15,8 +15,10 @@ use crate::trace::Target;
 use crate::watch::{self, Counts};
 use powergs_base::config::suggest::nearest;
 use powergs_core::run::session::Target as Ran;
-use powergs_core::sim::statistics::{Aggregate, Kind, Statistic, catalogue};
+use powergs_core::sim::statistics::{Aggregate, Kind, Statistic, Value, catalogue, find, values};
 use powergs_report as report;
+use powergs_study::findings::what_if::Step;
+use powergs_study::findings::{self, Key, Record, WhatIf, bottleneck};
 use powergs_study::replay::Replay;
 use powergs_study::run_record::Run;
 
@@ -78,13 +80,33 @@ enum State {
 #[pyclass(frozen, module = "powergs", name = "Report")]
 pub struct Report {
     state: State,
+    /// Name of the machine.
+    #[pyo3(get)]
+    machine: String,
+    /// Name of the trace.
+    #[pyo3(get)]
+    trace: String,
+    /// ``"cycle"`` or ``"paper"``.
+    #[pyo3(get)]
+    model: String,
+    record: Record,
     json: OnceLock<Json>,
 }
 
+/// A frame: its position in the trace, the name of its view, its statistics.
+type Row = (Option<u64>, Option<String>, Vec<Option<Value>>);
+
 impl Report {
-    /// A report of a run.
+    /// A report of a run, which has frames.
     pub fn new(live: Live, run: Run) -> Report {
-        Report { state: State::Live(Box::new((live, run))), json: OnceLock::new() }
+        Report {
+            machine: run.facts.machine.name.clone(),
+            trace: run.facts.trace.name.clone(),
+            model: run.facts.model.name().to_owned(),
+            record: run.statistics().expect("a reported run has frames"),
+            state: State::Live(Box::new((live, run))),
+            json: OnceLock::new(),
+        }
     }
 
     fn json(&self) -> &Json {
@@ -94,13 +116,16 @@ impl Report {
         })
     }
 
-    /// A value of the report by path.
-    fn at(&self, path: &str) -> &Json {
-        path.split('.').fold(self.json(), |at, part| &at[part])
-    }
-
-    fn real(&self, path: &str) -> Option<f64> {
-        self.at(path).as_f64()
+    fn rows(&self) -> Vec<Row> {
+        let State::Live(live) = &self.state else {
+            let frames = self.json()["frames"].as_array().map_or(&[][..], Vec::as_slice);
+            let name = |frame: &Json| frame["name"].as_str().map(str::to_owned);
+            let row = |f: &Json| (f["frame"].as_u64(), name(f), report::json::values(f));
+            return frames.iter().map(row).collect();
+        };
+        let fps = self.record.display_fps;
+        let frames = live.1.frames.iter();
+        frames.map(|f| (Some(f.frame as u64), Some(f.name.clone()), values(f, fps))).collect()
     }
 
     fn page(&self) -> Option<report::document::Document> {
@@ -141,18 +166,19 @@ impl Report {
     }
 }
 
-/// The value at the dots of a name.
-fn dotted<'a>(json: &'a Json, name: &str) -> &'a Json {
-    name.split('.').fold(json, |at, part| &at[part])
-}
-
-/// A column of the frames: the values of a statistic.
-fn column(statistic: &Statistic, frames: &[Json]) -> Column {
-    let values = frames.iter().map(|frame| dotted(frame, &statistic.name));
+/// A column of the frames: the values of a statistic, whose place in the catalogue is `at`.
+fn column((at, statistic): (usize, &Statistic), rows: &[Row]) -> Column {
     let (name, unit, definition) = (&statistic.name, statistic.unit, &statistic.definition);
+    let values = rows.iter().map(|(_, _, row)| row[at]);
     match statistic.kind {
-        Kind::Count => Column::count(name, unit, definition, values.map(Json::as_u64)),
-        Kind::Real => Column::real(name, unit, definition, values.map(Json::as_f64)),
+        Kind::Count => {
+            let counts = values.map(|value| match value {
+                Some(Value::Count(n)) => Some(n),
+                _ => None,
+            });
+            Column::count(name, unit, definition, counts)
+        }
+        Kind::Real => Column::real(name, unit, definition, values.map(|v| v.map(Value::as_f64))),
     }
 }
 
@@ -162,17 +188,12 @@ impl Report {
     /// of the columns.
     #[getter]
     fn frames(&self) -> PyResult<Table> {
-        let frames = self.at("frames").as_array().map_or(&[][..], Vec::as_slice);
+        let rows = self.rows();
         let first = [
-            Column::count(
-                "frame",
-                "1",
-                "Position in the trace.",
-                frames.iter().map(|frame| frame["frame"].as_u64()),
-            ),
-            Column::text("name", "Name of the view.", frames.iter().map(|f| f["name"].as_str())),
+            Column::count("frame", "1", "Position in the trace.", rows.iter().map(|row| row.0)),
+            Column::text("name", "Name of the view.", rows.iter().map(|row| row.1.as_ref())),
         ];
-        let statistics = catalogue().iter().map(|statistic| column(statistic, frames));
+        let statistics = catalogue().iter().enumerate().map(|one| column(one, &rows));
         Table::new(first.into_iter().chain(statistics))
     }
 
@@ -181,99 +202,80 @@ impl Report {
     #[getter]
     fn summary(&self) -> PyResult<Table> {
         let all = catalogue();
-        let aggregates = self.at("aggregate");
-        let part = |part: &'static str, what: &'static str| {
-            let value = move |s: &Statistic| dotted(aggregates, &s.name)[part].as_f64();
-            Column::real(part, "", what, all.iter().map(value))
+        let part = |i: usize, what: &'static str| {
+            let value = |all: &Option<Aggregate>| Some((*all)?.parts()[i].as_f64());
+            Column::real(Aggregate::PARTS[i], "", what, self.record.aggregates.iter().map(value))
         };
         Table::new([
             Column::text("statistic", "Its name.", all.iter().map(|s| Some(&s.name))),
             Column::text("unit", "Its unit.", all.iter().map(|s| Some(s.unit))),
-            part("mean", "Mean over the frames; of powers, energy over time."),
-            part("p50", "Half of the frames are at or below it."),
-            part("p95", "95 % of the frames are at or below it."),
-            part("p99", "99 % of the frames are at or below it."),
-            part("max", "The largest."),
+            part(0, "Mean over the frames; of powers, energy over time."),
+            part(1, "Half of the frames are at or below it."),
+            part(2, "95 % of the frames are at or below it."),
+            part(3, "99 % of the frames are at or below it."),
+            part(4, "The largest."),
             Column::text("definition", "What it is.", all.iter().map(|s| Some(&s.definition))),
         ])
-    }
-
-    /// Name of the machine.
-    #[getter]
-    fn machine(&self) -> &str {
-        self.at("machine.name").as_str().unwrap_or_default()
-    }
-
-    /// Name of the trace.
-    #[getter]
-    fn trace(&self) -> &str {
-        self.at("trace.name").as_str().unwrap_or_default()
-    }
-
-    /// ``"cycle"`` or ``"paper"``.
-    #[getter]
-    fn model(&self) -> &str {
-        self.at("model").as_str().unwrap_or_default()
     }
 
     /// Display rate, frames per second.
     #[getter]
     fn fps(&self) -> f64 {
-        self.real("fps").unwrap_or_default()
+        self.record.display_fps
     }
 
     /// Frames per second when frames run back to back; ``None`` in the ``paper`` model.
     #[getter]
     fn throughput_fps(&self) -> Option<f64> {
-        self.real("throughput_fps")
+        self.record.throughput_fps()
     }
 
     /// Power at that rate, watts; ``None`` in the ``paper`` model.
     #[getter]
     fn throughput_power_w(&self) -> Option<f64> {
-        self.real("throughput_power_w")
+        self.record.throughput_power_w()
     }
 
     /// Mean time of a frame, milliseconds; ``None`` in the ``paper`` model.
     #[getter]
     fn frame_time_ms(&self) -> Option<f64> {
-        self.real("aggregate.frame_time_ms.mean")
+        self.record.mean(Key::FrameTime)
     }
 
     /// Mean energy of a frame, picojoules.
     #[getter]
     fn energy_pj(&self) -> Option<f64> {
-        self.real("aggregate.energy_pj.total.mean")
+        self.record.mean(Key::Energy)
     }
 
     /// Power at the display rate, watts.
     #[getter]
     fn power_w(&self) -> Option<f64> {
-        self.real("aggregate.power_w.total.mean")
+        self.record.mean(Key::Power)
     }
 
     /// Power of the display, watts, where the trace has the means of its pictures.
     #[getter]
     fn display_power_w(&self) -> Option<f64> {
-        self.real("aggregate.display_power_w.mean")
+        self.record.mean(Key::DisplayPower)
     }
 
     /// Area of the chip, mm²; ``None`` where the energy table has no areas.
     #[getter]
     fn area_mm2(&self) -> Option<f64> {
-        self.real("aggregate.area_mm2.total.mean")
+        self.record.mean(Key::Area)
     }
 
     /// Frames that took longer than a period of the display; ``None`` in the ``paper`` model.
     #[getter]
     fn deadline_misses(&self) -> Option<u64> {
-        self.at("deadline_misses").as_u64()
+        self.record.deadline_misses()
     }
 
     /// What limits the machine; ``None`` in a model without time.
     #[getter]
     fn bottleneck(&self) -> Option<Bottleneck> {
-        Bottleneck::of(self.at("bottleneck"))
+        bottleneck::of(&self.record).as_ref().map(Bottleneck::of)
     }
 
     /// What doubling each resource would buy, by simulation of ``frames`` frames spread over the
@@ -300,8 +302,8 @@ impl Report {
             return Err(crate::error::closed("trace"));
         }
         let run = live.0.run(py, frames, progress)?;
-        let json = report::json::report(&run);
-        what_if(json["what_if"]["doubled"].as_array().map_or(&[][..], Vec::as_slice))
+        let experiment = run.experiments.what_if.as_ref();
+        what_if(experiment.ok_or_else(|| defect("a replay without its experiment"))?)
     }
 
     /// The charts of the report by name.
@@ -327,20 +329,21 @@ impl Report {
 
     /// A statistic by name: its mean, or the part that follows the name.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let aggregates = self.at("aggregate");
-        let whole = catalogue().iter().find(|s| s.name == name);
-        let found = match whole {
-            Some(_) => Some((name, "mean")),
-            None => name.rsplit_once('.').filter(|(name, part)| {
-                Aggregate::PARTS.contains(part) && catalogue().iter().any(|s| s.name == *name)
-            }),
-        };
+        let found = find(name).map(|_| (name, 0)).or_else(|| {
+            let (name, part) = name.rsplit_once('.')?;
+            let part = Aggregate::PARTS.iter().position(|one| *one == part)?;
+            find(name).map(|_| (name, part))
+        });
         let Some((name, part)) = found else {
             let near = nearest(name, catalogue().iter().map(|s| s.name.as_str()));
             let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
             return Err(PyKeyError::new_err(format!("no statistic `{name}`{hint}")));
         };
-        number(py, &dotted(aggregates, name)[part])
+        match self.record.named(name).map(|all| all.parts()[part]) {
+            Some(Value::Count(count)) => Ok(count.into_pyobject(py)?.into_any()),
+            Some(Value::Real(number)) => Ok(number.into_pyobject(py)?.into_any()),
+            None => Ok(py.None().into_bound(py)),
+        }
     }
 
     fn __getattr__(&self, name: &str) -> PyResult<()> {
@@ -351,12 +354,15 @@ impl Report {
     }
 
     fn __repr__(&self) -> String {
-        let number = |path: &str| self.real(path).map(report::format::significant);
-        let fps = number("throughput_fps").map(|fps| format!(", {fps} FPS"));
-        let power = number("aggregate.power_w.total.mean").map(|watts| format!(", {watts} W"));
-        let [fps, power] = [fps, power].map(Option::unwrap_or_default);
-        let frames = self.at("frames").as_array().map_or(0, Vec::len);
-        format!("<Report {} on {}: {frames} frames{fps}{power}>", self.trace(), self.machine())
+        let number = |name: &str, value: Option<f64>| {
+            let text =
+                value.map(|value| format!(", {} {name}", report::format::significant(value)));
+            text.unwrap_or_default()
+        };
+        let fps = number("FPS", self.throughput_fps());
+        let power = number("W", self.power_w());
+        let frames = self.record.frames;
+        format!("<Report {} on {}: {frames} frames{fps}{power}>", self.trace, self.machine)
     }
 
     fn __str__(&self) -> String {
@@ -391,38 +397,35 @@ pub fn _report(
     text: String,
 ) -> PyResult<Report> {
     let json: Json = serde_json::from_str(json).map_err(|e| Fault::config(e.to_string()))?;
-    let state = State::Kept(Kept { charts, html, text });
-    Ok(Report { state, json: OnceLock::from(json) })
-}
-
-fn number<'py>(py: Python<'py>, value: &Json) -> PyResult<Bound<'py, PyAny>> {
-    if let Some(count) = value.as_u64() {
-        return Ok(count.into_pyobject(py)?.into_any());
-    }
-    match value.as_f64() {
-        Some(number) => Ok(number.into_pyobject(py)?.into_any()),
-        None => Ok(py.None().into_bound(py)),
-    }
+    let text_at = |json: &Json| json.as_str().unwrap_or_default().to_owned();
+    Ok(Report {
+        machine: text_at(&json["machine"]["name"]),
+        trace: text_at(&json["trace"]["name"]),
+        model: text_at(&json["model"]),
+        record: report::json::record(&json),
+        state: State::Kept(Kept { charts, html, text }),
+        json: OnceLock::from(json),
+    })
 }
 
 /// The table of a what-if experiment.
-fn what_if(steps: &[Json]) -> PyResult<Table> {
-    let sets = |step: &Json| {
-        let sets = step["set"].as_array()?;
-        Some(sets.iter().filter_map(Json::as_str).collect::<Vec<_>>().join("; "))
-    };
-    let real = |name: &'static str, unit: &'static str, what: &'static str| {
-        Column::real(name, unit, what, steps.iter().map(move |step| step[name].as_f64()))
+fn what_if(experiment: &WhatIf) -> PyResult<Table> {
+    let steps = &experiment.steps;
+    let sets = steps.iter().map(|step| Some(step.sets.join("; ")));
+    let times = steps.iter().map(|step| Some(step.cost.frame_time_ms));
+    let change = |name: &str, what: &str, of: &dyn Fn(&Step) -> Option<f64>| {
+        let (name, what) = (format!("{name}_change_frac"), format!("Relative change of {what}."));
+        Column::real(&name, "1", &what, steps.iter().map(of))
     };
     Table::new([
-        Column::text("resource", "What is doubled.", steps.iter().map(|s| s["resource"].as_str())),
-        Column::text("set", "The keys that double it.", steps.iter().map(sets)),
-        real("frame_time_ms", "ms", "Mean time of the frames tried."),
-        real("frame_time_change_frac", "1", "Relative change of the time: -0.1 is 10 % less."),
-        real("energy_change_frac", "1", "Relative change of the energy of a frame."),
-        real("power_change_frac", "1", "Relative change of the power at the display rate."),
-        real("area_change_frac", "1", "Relative change of the area of the chip."),
-        real("fps_per_mm2_change_frac", "1", "Relative change of frames per second and mm²."),
+        Column::text("resource", "What is doubled.", steps.iter().map(|s| Some(s.resource))),
+        Column::text("set", "The keys that double it.", sets),
+        Column::real("frame_time_ms", "ms", "Mean time of the frames tried.", times),
+        change("frame_time", "the time: -0.1 is 10 % less", &|s| Some(experiment.time_change(s))),
+        change("energy", "the energy of a frame", &|s| Some(experiment.energy_change(s))),
+        change("power", "the power at the display rate", &|s| Some(experiment.power_change(s))),
+        change("area", "the area of the chip", &|s| experiment.area_change(s)),
+        change("fps_per_mm2", "frames per second and mm²", &|s| experiment.merit_change(s)),
     ])
 }
 
@@ -443,19 +446,16 @@ pub struct Bottleneck {
 }
 
 impl Bottleneck {
-    fn of(json: &Json) -> Option<Bottleneck> {
-        let text = |json: &Json| json.as_str().unwrap_or_default().to_owned();
-        let shares = |key: &str, name: &str| -> Vec<(String, f64)> {
-            let all = json[key].as_array().map_or(&[][..], Vec::as_slice);
-            all.iter().map(|x| (text(&x[name]), x["frame_frac"].as_f64().unwrap_or(0.0))).collect()
-        };
-        Some(Bottleneck {
-            limit: json["limit"].as_str()?.to_owned(),
-            sentence: text(&json["sentence"]),
-            bounds: shares("bounds", "unit"),
-            waits: shares("waits", "cause"),
-            without_work: json["without_work_frac"].as_f64().unwrap_or(0.0),
-        })
+    fn of(found: &findings::Bottleneck) -> Bottleneck {
+        let bounds = found.bounds.iter().map(|b| (b.unit.name().to_owned(), b.share));
+        let waits = found.waits.iter().map(|w| (w.cause.name().to_owned(), w.share));
+        Bottleneck {
+            limit: found.limit.name().to_owned(),
+            sentence: report::bottleneck::sentence(found),
+            bounds: bounds.collect(),
+            waits: waits.collect(),
+            without_work: found.without_work,
+        }
     }
 }
 

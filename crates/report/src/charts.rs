@@ -11,13 +11,15 @@ mod timeline;
 
 pub use timeline::chart as timeline;
 
+pub(super) use buffers::rows as buffer_rows;
 pub(super) use cycles::{
     COLOURS as CYCLES_COLOURS, axis as cycles_axis, bar as cycles_bar, entries as cycles_entries,
+    unit,
 };
 pub(super) use energy::{colour as component_colour, entries as component_entries};
 
 use super::format::shortened;
-use super::summary_of;
+use super::record_of;
 use powergs_chart::Chart;
 use powergs_study::run_record::Run;
 
@@ -26,13 +28,13 @@ use powergs_study::run_record::Run;
 /// # Panics
 /// Without frames.
 pub fn all(run: &Run) -> Vec<Chart> {
-    let summary = summary_of(run);
+    let record = record_of(run);
     let charts = [
-        energy::chart(run, &summary),
-        cycles::chart(run, &summary),
+        energy::chart(run, &record),
+        cycles::chart(run, &record),
         roofline::chart(run),
-        buffers::chart(run, &summary),
-        frame_time::chart(run, &summary),
+        buffers::chart(run, &record),
+        frame_time::chart(run, &record),
         tiles::chart(run),
         tile_load::chart(run),
     ];

@@ -2,14 +2,14 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::summary_of;
+use super::record_of;
 use powergs_base::TOOL_VERSION;
 use powergs_core::accel::Stall;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
+use powergs_core::sim::statistics::{self, Aggregate, Kind, Statistic, Value, catalogue};
 use powergs_energy::action::Stage;
-use powergs_study::findings::{Bottleneck, bottleneck, limits};
-use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
+use powergs_study::findings::{Bottleneck, Record, bottleneck, limits};
+use powergs_study::run_record::{Run, SCHEMA_VERSION, hash_text};
 
 /// The run as JSON. Statistics are nested by the dots of their names; what was not measured is
 /// null.
@@ -17,11 +17,11 @@ use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
 /// # Panics
 /// Without frames.
 pub fn report(run: &Run) -> Json {
-    let (facts, table, summary) = (&run.facts, Table::of(run), summary_of(run));
-    let found = bottleneck::of(&summary);
-    let mattered = limits::mattered(&summary, &facts.machine, found.as_ref(), &run.experiments);
-    let frames: Vec<Json> =
-        run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
+    let (facts, record) = (&run.facts, record_of(run));
+    let found = bottleneck::of(&record);
+    let mattered = limits::mattered(&record, &facts.machine, found.as_ref(), &run.experiments);
+    let row = |frame| self::frame(frame, &statistics::values(frame, facts.display_fps));
+    let frames: Vec<Json> = run.frames.iter().map(row).collect();
     json!({
         "schema_version": SCHEMA_VERSION,
         "tool_version": TOOL_VERSION,
@@ -50,9 +50,9 @@ pub fn report(run: &Run) -> Json {
         })).collect::<Vec<_>>(),
         "fps": facts.display_fps,
         "incomplete": run.incomplete(),
-        "throughput_fps": summary.throughput_fps(),
-        "throughput_power_w": summary.throughput_power_w(),
-        "deadline_misses": summary.cycle.as_ref().map(|c| c.deadline_misses),
+        "throughput_fps": record.throughput_fps(),
+        "throughput_power_w": record.throughput_power_w(),
+        "deadline_misses": record.deadline_misses(),
         "bottleneck": bottleneck_json(found.as_ref()),
         "what_if": what_if(run),
         "dram_models": dram_models(run),
@@ -63,7 +63,7 @@ pub fn report(run: &Run) -> Json {
             "why": super::limits::why(&m.why),
         })).collect::<Vec<_>>(),
         "prices": prices(run),
-        "aggregate": aggregates(&table),
+        "aggregate": aggregates(&record),
         "frames": frames,
     })
 }
@@ -188,9 +188,9 @@ fn frame(frame: &powergs_core::sim::FrameReport, row: &[Option<Value>]) -> Json 
     Json::Object(map)
 }
 
-fn aggregates(table: &Table) -> Json {
+fn aggregates(record: &Record) -> Json {
     let mut map = Map::new();
-    for (statistic, aggregate) in catalogue().iter().zip(&table.aggregates) {
+    for (statistic, aggregate) in catalogue().iter().zip(&record.aggregates) {
         let value = aggregate.as_ref().map_or(Json::Null, |a| {
             let parts = Aggregate::PARTS.iter().zip(a.parts());
             Json::Object(parts.map(|(name, v)| ((*name).to_owned(), number(v))).collect())
@@ -204,6 +204,38 @@ fn number(value: Value) -> Json {
     match value {
         Value::Count(n) => n.into(),
         Value::Real(x) => x.into(),
+    }
+}
+
+/// The statistics over the frames of a run that [`report`] wrote; what is missing is a gap.
+pub fn record(report: &Json) -> Record {
+    let aggregate = |s: &Statistic| {
+        let all = at(&report["aggregate"], s);
+        let [p50, p95, p99, max] = ["p50", "p95", "p99", "max"].map(|part| value(&all[part], s));
+        let mean = all["mean"].as_f64()?;
+        Some(Aggregate { mean, p50: p50?, p95: p95?, p99: p99?, max: max? })
+    };
+    Record {
+        display_fps: report["fps"].as_f64().unwrap_or_default(),
+        frames: report["frames"].as_array().map_or(0, |frames| frames.len() as u64),
+        aggregates: catalogue().iter().map(aggregate).collect(),
+    }
+}
+
+/// The values of all statistics of a frame that [`report`] wrote, in the order of the catalogue.
+pub fn values(frame: &Json) -> Vec<Option<Value>> {
+    catalogue().iter().map(|s| value(at(frame, s), s)).collect()
+}
+
+/// What is at the dots of a name.
+fn at<'a>(json: &'a Json, statistic: &Statistic) -> &'a Json {
+    statistic.name.split('.').fold(json, |at, part| &at[part])
+}
+
+fn value(json: &Json, statistic: &Statistic) -> Option<Value> {
+    match statistic.kind {
+        Kind::Count => json.as_u64().map(Value::Count),
+        Kind::Real => json.as_f64().map(Value::Real),
     }
 }
 

@@ -29,7 +29,7 @@ pub mod validate;
 pub use powergs_base::format;
 
 use powergs_chart::{Chart, Format, Style};
-use powergs_study::findings::RunSummary;
+use powergs_study::findings::Record;
 use powergs_study::run_record::Run;
 
 /// A report could not be made; all of these are mistakes of ours.
@@ -145,12 +145,12 @@ pub fn is_file_name(name: &str) -> bool {
     FILE_NAMES.contains(&name) || name == TIMELINE || is_chart(name, &CHART_NAMES)
 }
 
-/// What a run comes to.
+/// What the catalogue says of a run.
 ///
 /// # Panics
 /// Without frames: nothing is reported before the first frame is done.
-fn summary_of(run: &Run) -> RunSummary {
-    RunSummary::of(run).expect("a reported run has frames")
+fn record_of(run: &Run) -> Record {
+    run.statistics().expect("a reported run has frames")
 }
 
 /// The files of the report folder, all but `invocation.toml`.

@@ -1,23 +1,23 @@
 //! The page of a run: what `replay` prints and `summary.md`.
 
+use super::charts::{buffer_rows, unit};
 use super::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use super::format::{
     engineering, engineering_like, percent, prefix_of, rate, shortened, significant,
 };
-use super::{limits as words, summary_of};
+use super::{limits as words, record_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
 use powergs_core::sim::{ListOrder, MODEL_VERSION};
 use powergs_core::workload::reuse::KEEP;
-use powergs_energy::action::Stage;
+use powergs_energy::action::{Stage, UnitKind};
 use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
 use powergs_study::findings::cost::Cost;
-use powergs_study::findings::summary::{CycleSummary, UnitSummary};
 use powergs_study::findings::what_if::{Advice, Skipped, Step, WhatIf};
-use powergs_study::findings::{RunSummary, bottleneck, limits};
-use powergs_study::run_record::{DramModels, Run, Shown as Frame, Table as Statistics};
+use powergs_study::findings::{Key, Record, bottleneck, limits};
+use powergs_study::run_record::{DramModels, Run, Shown as Frame};
 
 /// Doubled resources on a terminal, and the least change of the time that is one.
 const STEPS: (usize, f64) = (4, 0.005);
@@ -28,8 +28,8 @@ const STEPS: (usize, f64) = (4, 0.005);
 /// # Panics
 /// Without frames.
 pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Document {
-    let summary = summary_of(run);
-    let found = bottleneck::of(&summary);
+    let record = record_of(run);
+    let found = bottleneck::of(&record);
     let mut page = Document::new();
     head(&mut page, run);
     if let Some(found) = &found {
@@ -40,15 +40,15 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         let text = format!("Colours are those of SH degree {degree}: {NO_DEGREE}.");
         page.on(Shown::Terminal, Block::Paragraph(text.into()));
     }
-    page.add(Block::Facts(times_and_powers(run, &summary)));
+    page.add(Block::Facts(times_and_powers(run, &record)));
     page.page_heading(format!("Power at {} FPS", rate(run.facts.display_fps)));
-    page.table(power(run, &summary));
+    page.table(power(&record));
     if let Some(line) = prices(run) {
         page.page_paragraph(Text::from("By the price assumptions in use: ").then(line).then("."));
     }
-    if let Some(cycle) = &summary.cycle {
-        cycles(&mut page, run, cycle);
-        regions(&mut page, cycle);
+    if record.has_time() {
+        cycles(&mut page, run, &record);
+        regions(&mut page, &record);
     }
     if let Some(experiment) = &run.experiments.what_if {
         what_if(&mut page, experiment, run.facts.trace.shown);
@@ -56,9 +56,9 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     if let Some(models) = &run.experiments.dram_models {
         page.paragraph(dram_models(models));
     }
-    if let Some(cycle) = &summary.cycle {
+    if record.has_time() {
         page.page_heading("Buffers");
-        page.on(Shown::Page, Block::Table(buffers(cycle)));
+        page.on(Shown::Page, Block::Table(buffers(&record)));
         if let Some(text) = overfull(run) {
             page.paragraph(text);
         }
@@ -67,12 +67,12 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         }
     }
     page.page_heading("Over the frames");
-    page.on(Shown::Page, Block::Table(statistics(&Statistics::of(run))));
+    page.on(Shown::Page, Block::Table(statistics(&record)));
     page.charts(charts);
     let mut last: Vec<(String, Text)> = Vec::new();
-    if summary.throughput_fps().is_some() {
+    if record.throughput_fps().is_some() {
         let machine = &run.facts.machine;
-        let mattered = limits::mattered(&summary, machine, found.as_ref(), &run.experiments);
+        let mattered = limits::mattered(&record, machine, found.as_ref(), &run.experiments);
         let left_out = limits::left_out(machine);
         last.extend(prices(run).map(|line| ("prices".into(), line)));
         let line = Text::marked(&words::line(&left_out, &mattered));
@@ -153,29 +153,27 @@ fn sh_degree(run: &Run) -> String {
 const NO_DEGREE: &str = "the trace does not say it; extract the scene again to have its own";
 
 /// The rate at which the display is served: its own, or what is reached of it.
-fn displayed(run: &Run, summary: &RunSummary) -> String {
-    let fps = run.facts.display_fps;
-    match summary.misses(fps) {
-        false => format!("{} FPS", rate(fps)),
-        true => format!("{} FPS", significant(summary.displayed_fps)),
+fn displayed(record: &Record) -> String {
+    match record.misses() {
+        false => format!("{} FPS", rate(record.display_fps)),
+        true => format!("{} FPS", significant(record.displayed_fps())),
     }
 }
 
 /// Times, and energy per frame times rate for the two powers, which differ in rate and in what is
 /// paid between frames.
-fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
+fn times_and_powers(run: &Run, record: &Record) -> Vec<(String, Text)> {
     let fps = rate(run.facts.display_fps);
     let mut facts: Vec<(String, Text)> = Vec::new();
     let mut add = |name: &str, value: String| facts.push((name.to_owned(), value.into()));
-    match (&summary.cycle, summary.throughput_fps()) {
-        (Some(cycle), Some(rate)) => {
-            let [mean, p99, max] =
-                [cycle.frame_time_ms, cycle.frame_time_p99_ms, cycle.frame_time_max_ms]
-                    .map(significant);
+    let power_w = record.value(Key::Power);
+    match (record.aggregate(Key::FrameTime), record.throughput_fps()) {
+        (Some(time), Some(rate)) => {
+            let [mean, _, _, p99, max] = time.parts().map(|ms| significant(ms.as_f64()));
             add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms"));
             add("frame rate", format!("{} FPS", significant(rate)));
             let deadline = significant(1e3 / run.facts.display_fps);
-            let missed = cycle.deadline_misses;
+            let missed = record.deadline_misses().unwrap_or(0);
             let all = run.facts.trace.shown.counted(run.frames.len() as u64);
             let verdict = match missed {
                 0 => format!("met by {all}"),
@@ -186,24 +184,25 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
         _ => add("frame time", "not in this model, which counts work only".into()),
     }
     // All in the units of the display rate.
-    let watt = |watts: f64| engineering_like(watts, summary.power_w, "W");
+    let watt = |watts: f64| engineering_like(watts, power_w, "W");
     let product = |energy_j: f64, rate: &str, watts: f64| {
-        let energy = engineering_like(energy_j, summary.displayed_energy_j(), "J");
+        let energy = engineering_like(energy_j, record.displayed_energy_j(), "J");
         format!("{energy} per frame x {rate} = {}", watt(watts))
     };
-    if let (Some(rate), Some(watts)) = (summary.throughput_fps(), summary.throughput_power_w()) {
+    if let (Some(rate), Some(watts)) = (record.throughput_fps(), record.throughput_power_w()) {
         let rate = format!("{} FPS", significant(rate));
-        add("at full rate", product(summary.energy.total_pj * 1e-12, &rate, watts));
+        add("at full rate", product(record.value(Key::Energy) * 1e-12, &rate, watts));
     }
-    let shown = product(summary.displayed_energy_j(), &displayed(run, summary), summary.power_w);
-    let what = match &summary.cycle {
-        None => String::new(),
-        Some(_) if summary.misses(run.facts.display_fps) => format!("; MISSES {fps} FPS"),
-        Some(_) => ", standby between frames included".to_owned(),
+    let shown = product(record.displayed_energy_j(), &displayed(record), power_w);
+    let what = match record.has_time() {
+        false => String::new(),
+        true if record.misses() => format!("; MISSES {fps} FPS"),
+        true => ", standby between frames included".to_owned(),
     };
     add("at the display rate", format!("{shown}{what}"));
-    if let (Some(display), Some(sum)) = (summary.display_w, summary.rendering_plus_display_w) {
-        let [own, display, sum] = [summary.power_w, display, sum].map(watt);
+    let with_display = record.mean(Key::PowerWithDisplay);
+    if let Some((display, sum)) = record.mean(Key::DisplayPower).zip(with_display) {
+        let [own, display, sum] = [power_w, display, sum].map(watt);
         let (name, panels) = match run.facts.trace.shown.eyes {
             1 => ("with the display", "the display"),
             _ => ("with the displays", "both displays"),
@@ -214,10 +213,11 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
 }
 
 /// Power of stages and components at the display rate.
-fn power(run: &Run, summary: &RunSummary) -> Table {
-    let power = Breakdown::power_w(summary);
-    let (factor, prefix) = prefix_of(summary.power_w);
-    let first = format!("{prefix}W at {}", displayed(run, summary));
+fn power(record: &Record) -> Table {
+    let power = Breakdown::power_w(record);
+    let total = record.value(Key::Power);
+    let (factor, prefix) = prefix_of(total);
+    let first = format!("{prefix}W at {}", displayed(record));
     let components = Component::ALL.map(|c| Column::real(c.name()));
     let columns = [Column::text(first)].into_iter().chain(components);
     let mut table = Table::new(columns.chain([Column::real("total")]));
@@ -231,7 +231,7 @@ fn power(run: &Run, summary: &RunSummary) -> Table {
         table.row([stage.name().into()].into_iter().chain(cells));
     }
     let totals = Component::ALL.map(|c| cell(power.component(c)));
-    table.row([Cell::from("total")].into_iter().chain(totals).chain([cell(summary.power_w)]));
+    table.row([Cell::from("total")].into_iter().chain(totals).chain([cell(total)]));
     table
 }
 
@@ -245,18 +245,17 @@ fn share(x: f64) -> String {
     if x == 0.0 { "-".into() } else { percent(x) }
 }
 
-fn cycles(page: &mut Document, run: &Run, cycle: &CycleSummary) {
+fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.page_heading("Where the cycles go");
-    let parts = UnitSummary::PARTS.map(|part| Column::new(part, Kind::Real(share)));
-    let row = |row: &UnitSummary| {
-        let unit = format!("{} x{}", row.unit.name(), row.instances);
-        [Cell::from(unit)].into_iter().chain(row.shares().map(Cell::Real))
+    let parts = Record::UNIT_PARTS.map(|part| Column::new(part, Kind::Real(share)));
+    let row = |kind: UnitKind| {
+        [Cell::from(unit(record, kind))].into_iter().chain(record.unit_shares(kind).map(Cell::Real))
     };
     let columns = [Column::text("% of cycles")].into_iter().chain(parts);
-    page.table(Table::new(columns).rows(cycle.units.iter().map(row)));
+    page.table(Table::new(columns).rows(UnitKind::ALL.into_iter().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
-    page.paragraph(dram(run, cycle));
-    if let Some(lanes) = cycle.lane_utilisation {
+    page.paragraph(dram(run, record));
+    if let Some(lanes) = record.mean(Key::LaneUtilisation) {
         let share = percent(lanes);
         let text = format!("Lanes of a rendering core at work while it is busy: {share} %.");
         page.page_paragraph(text);
@@ -264,24 +263,23 @@ fn cycles(page: &mut Document, run: &Run, cycle: &CycleSummary) {
 }
 
 /// How busy the bus was, the rate over the frame, and row hits and overfetch where they are known.
-fn dram(run: &Run, cycle: &CycleSummary) -> String {
-    let dram = &cycle.dram;
-    let Some(rate) = dram.bandwidth_gb_s else { return String::new() };
+fn dram(run: &Run, record: &Record) -> String {
+    let Some(rate) = record.mean(Key::DramRate) else { return String::new() };
     let peak = run.facts.machine.dram_peak_gb_s;
     let peak = peak.map_or(String::new(), |p| format!(" of {}", significant(p)));
     let mut text = format!(
         "DRAM bus busy {} % of the time: {}{peak} GB/s",
-        percent(dram.busy_frac),
+        percent(record.value(Key::DramBusy)),
         significant(rate)
     );
-    if let Some(hits) = dram.row_hit_frac {
+    if let Some(hits) = record.mean(Key::RowHits) {
         text += &format!(", {} % row hits", percent(hits));
     }
-    if let Some(ratio) = dram.moved_per_requested {
+    if let Some(ratio) = record.mean(Key::MovedPerRequested) {
         text += &format!(", {} bytes moved per byte asked for", significant(ratio));
     }
     if let (Some(asked), Some(moved)) =
-        (run.facts.machine.second_master_gb_s, dram.second_master_gb_s)
+        (run.facts.machine.second_master_gb_s, record.mean(Key::SecondMasterRate))
     {
         text += &format!(
             "; a second master moved {} of the {} GB/s that it asks for",
@@ -289,7 +287,7 @@ fn dram(run: &Run, cycle: &CycleSummary) -> String {
             significant(asked)
         );
     }
-    if let Some(bytes) = dram.unwritten_bytes.filter(|&bytes| bytes > 0.0) {
+    if let Some(bytes) = record.mean(Key::UnwrittenBytes).filter(|&bytes| bytes > 0.0) {
         text += &format!(
             "; {} MB of features a frame are read that no unit writes (record.feature-source)",
             significant(bytes * 1e-6)
@@ -299,8 +297,10 @@ fn dram(run: &Run, cycle: &CycleSummary) -> String {
 }
 
 /// R1 to R4, where frames are foveated and have a time.
-fn regions(page: &mut Document, cycle: &CycleSummary) {
-    let Some(regions) = &cycle.regions else { return };
+fn regions(page: &mut Document, record: &Record) {
+    if record.mean(Key::RegionTiles(0)).is_none() {
+        return;
+    }
     page.page_heading("Regions around the gaze");
     let joules = |pj: f64| engineering(pj * 1e-12, "J");
     let mut table = Table::new([
@@ -310,8 +310,9 @@ fn regions(page: &mut Document, cycle: &CycleSummary) {
         Column::real("VRU cycles"),
         Column::new("energy", Kind::Real(joules)),
     ]);
-    for (name, r) in REGIONS.into_iter().zip(regions) {
-        let numbers = [r.tiles, r.entries, r.cycles, r.energy_pj].map(Cell::Real);
+    let measures = [Key::RegionTiles, Key::RegionEntries, Key::RegionCycles, Key::RegionEnergy];
+    for (k, name) in REGIONS.into_iter().enumerate() {
+        let numbers = measures.map(|of| Cell::Real(record.value(of(k))));
         table.row([Cell::from(name)].into_iter().chain(numbers));
     }
     page.table(table);
@@ -499,7 +500,7 @@ fn kept_order(run: &Run) -> Option<String> {
 }
 
 /// What the buffers held, where it was measured.
-fn buffers(cycle: &CycleSummary) -> Table {
+fn buffers(record: &Record) -> Table {
     let bytes = |x: f64| engineering(x, "B");
     let moved = |head: &str| Column::new(head, Kind::Real(bytes));
     let mut table = Table::new([
@@ -511,13 +512,11 @@ fn buffers(cycle: &CycleSummary) -> Table {
         moved("consumed"),
         moved("discarded"),
     ]);
-    for buffer in cycle.buffers.iter().filter(|b| b.capacity > 0) {
-        let Some(mean) = buffer.mean else { continue };
-        let capacity = buffer.capacity as f64;
-        let shares = [capacity / 1024.0, buffer.peak / capacity, mean / capacity];
-        let moved = [buffer.filled, buffer.consumed, buffer.discarded];
+    for row in buffer_rows(record) {
+        let shares = [row.capacity / 1024.0, row.peak / row.capacity, row.mean / row.capacity];
+        let moved = [row.filled, row.consumed, row.discarded];
         let cells = shares.into_iter().chain(moved).map(Cell::Real);
-        table.row([buffer.buffer.name().into()].into_iter().chain(cells));
+        table.row([row.name.into()].into_iter().chain(cells));
     }
     table
 }
@@ -543,11 +542,11 @@ fn short(x: f64) -> String {
     if x.abs() < 1e4 { significant(x) } else { engineering(x, "") }
 }
 
-fn statistics(measured: &Statistics) -> Table {
+fn statistics(record: &Record) -> Table {
     let parts = ["mean", "p50", "p95", "p99", "max"].map(|p| Column::new(p, Kind::Real(short)));
     let mut table = Table::new([Column::text("statistic")].into_iter().chain(parts));
     for name in STATISTICS {
-        let parts = measured.aggregate(name).map(|a| a.parts().map(|v| v.as_f64()));
+        let parts = record.named(name).map(|a| a.parts().map(|v| v.as_f64()));
         let cell = |i: usize| Cell::from(parts.map(|p| p[i]));
         table.row([Cell::from(Text::code(name))].into_iter().chain((0..5).map(cell)));
     }

@@ -1,6 +1,6 @@
 //! What runs say: conclusions as values, without a word of a page or a pixel of a chart.
 //!
-//! All of them are made from [`RunSummary`], the typed means over the frames of a run.
+//! They are drawn from the [`Record`] of a run: what the catalogue of statistics says of its frames.
 
 pub mod bottleneck;
 pub mod breakdown;
@@ -10,11 +10,10 @@ pub mod limits;
 pub mod prices;
 pub mod roofline;
 pub mod sensitivity;
-pub mod summary;
 pub(crate) mod tile_load;
 pub mod what_if;
 
 pub use bottleneck::{Bottleneck, Limit};
-pub use summary::RunSummary;
+pub use powergs_core::sim::statistics::{Key, Record};
 pub use tile_load::{Picture, TileLoad};
 pub use what_if::WhatIf;

@@ -1,15 +1,13 @@
-//! A run of one machine over one trace: what went in, the frames that came out, and the table of
-//! every statistic of every frame.
+//! A run of one machine over one trace: what went in, and the frames that came out.
 
 mod file;
-mod table;
 
 pub use file::record;
-pub use table::Table;
 
 use powergs_base::format::{counted, rate};
 use powergs_core::accel::machine::{DramModel, Organisation, Switch};
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
+use powergs_core::sim::statistics::Record;
 use powergs_core::sim::{FrameReport, Model};
 use powergs_energy::DramCosts;
 use powergs_frame::scene::ShDegree;
@@ -228,6 +226,11 @@ impl DramModels {
 }
 
 impl Run {
+    /// Every statistic over the frames; `None` without frames.
+    pub fn statistics(&self) -> Option<Record> {
+        Record::of(&self.frames, self.facts.display_fps)
+    }
+
     /// The SH degree of the scene as the frames have it, and whether it was assumed because the
     /// trace does not say; `None` without frames. Of frames that differ, the highest.
     pub fn sh_degree(&self) -> Option<(ShDegree, bool)> {

@@ -7,8 +7,12 @@
 
 mod aggregate;
 mod entries;
+mod key;
+mod record;
 
 pub use aggregate::Aggregate;
+pub use key::Key;
+pub use record::Record;
 
 use std::sync::LazyLock;
 

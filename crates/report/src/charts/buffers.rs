@@ -4,39 +4,42 @@
 use super::{frames, subtitle};
 use crate::format::{engineering, percent};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_study::findings::RunSummary;
-use powergs_study::findings::summary::{BufferSummary, CycleSummary};
+use powergs_energy::action::Buffer;
+use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
 const NAME: &str = "buffers";
 const TITLE: &str = "What the buffers hold";
 
-/// One buffer, means over the frames.
-struct Row {
-    name: &'static str,
-    capacity: f64,
-    peak: f64,
-    mean: f64,
-    filled: f64,
-    discarded: f64,
+/// One buffer, means over the frames, bytes.
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    pub(crate) capacity: f64,
+    pub(crate) peak: f64,
+    pub(crate) mean: f64,
+    pub(crate) filled: f64,
+    pub(crate) consumed: f64,
+    pub(crate) discarded: f64,
 }
 
-fn rows(cycle: &CycleSummary) -> Vec<Row> {
-    let row = |buffer: &BufferSummary| {
+/// The buffers that the machine has, where it was measured what they held.
+pub(crate) fn rows(record: &Record) -> Vec<Row> {
+    let row = |buffer: Buffer| {
         Some(Row {
-            name: buffer.buffer.name(),
-            capacity: buffer.capacity as f64,
-            peak: buffer.peak,
-            mean: buffer.mean?,
-            filled: buffer.filled,
-            discarded: buffer.discarded,
+            name: buffer.name(),
+            capacity: record.mean(Key::Capacity(buffer)).filter(|bytes| *bytes > 0.0)?,
+            peak: record.mean(Key::Peak(buffer))?,
+            mean: record.mean(Key::Held(buffer))?,
+            filled: record.mean(Key::Filled(buffer))?,
+            consumed: record.mean(Key::Consumed(buffer))?,
+            discarded: record.mean(Key::Discarded(buffer))?,
         })
     };
-    cycle.buffers.iter().filter(|b| b.capacity > 0).filter_map(row).collect()
+    Buffer::FILLED.into_iter().filter_map(row).collect()
 }
 
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
-    let rows = summary.cycle.as_ref().map(rows).unwrap_or_default();
+pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
+    let rows = rows(record);
     if rows.is_empty() {
         return None;
     }

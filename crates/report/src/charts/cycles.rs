@@ -4,8 +4,8 @@ use super::{frames, subtitle};
 use crate::format::{percent, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
 use powergs_core::accel::Stall;
-use powergs_study::findings::RunSummary;
-use powergs_study::findings::summary::{DramSummary, UnitSummary};
+use powergs_energy::action::UnitKind;
+use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
 const NAME: &str = "cycles";
@@ -13,8 +13,8 @@ const TITLE: &str = "Where the cycles go";
 /// Title of the axis.
 const SHARE: &str = "share of the unit's cycles, %";
 
-/// Colours of [`UnitSummary::PARTS`]: waits for DRAM are blues and purple, other waits are warm.
-pub(crate) const COLOURS: [Colour; UnitSummary::PARTS.len()] = [
+/// Colours of [`Record::UNIT_PARTS`]: waits for DRAM are blues and purple, other waits are warm.
+pub(crate) const COLOURS: [Colour; Record::UNIT_PARTS.len()] = [
     Colour::GREEN,
     Colour::NAVY,
     Colour::BLUE,
@@ -60,24 +60,28 @@ pub(crate) fn bar(row: usize, shares: impl IntoIterator<Item = (f64, Colour)>) -
     Bar::new(row, shares.into_iter().map(part).collect())
 }
 
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
-    let cycle = summary.cycle.as_ref()?;
-    let rows = &cycle.units;
-    let mut names: Vec<String> =
-        rows.iter().map(|r| format!("{} x{}", r.unit.name(), r.instances)).collect();
+/// What rows of a kind of unit are called: with the number of them.
+pub(crate) fn unit(record: &Record, kind: UnitKind) -> String {
+    format!("{} x{}", kind.name(), record.value(Key::Instances(kind)))
+}
+
+pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
+    let busy = record.mean(Key::DramBusy)?;
+    let mut names: Vec<String> = UnitKind::ALL.map(|kind| unit(record, kind)).into();
     let mut bars = Vec::new();
     let mut right = Vec::new();
-    for (i, row) in rows.iter().enumerate() {
-        bars.push(bar(i, row.shares().into_iter().zip(COLOURS)));
-        let busy = format!("{} M cycles busy", significant(row.busy / 1e6));
+    for (i, kind) in UnitKind::ALL.into_iter().enumerate() {
+        bars.push(bar(i, record.unit_shares(kind).into_iter().zip(COLOURS)));
+        let busy = record.value(Key::Busy(kind));
+        let busy = format!("{} M cycles busy", significant(busy / 1e6));
         right.push((i as f64 + 0.5, vec![Words::note(busy)]));
     }
     // The data bus has a bar of its own: busy or not.
-    let (i, busy) = (names.len(), cycle.dram.busy_frac);
+    let i = names.len();
     names.push("dram bus".into());
     let idle = COLOURS[COLOURS.len() - 1];
     bars.push(bar(i, [(busy, COLOURS[0]), (1.0 - busy, idle)]));
-    right.push((i as f64 + 0.5, rates(run, &cycle.dram)));
+    right.push((i as f64 + 0.5, rates(run, record)));
     let mut panel = Panel::new(axis(), Axis::names(names)).mark(Mark::Bars(bars));
     panel.right = right;
     let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
@@ -85,8 +89,8 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
 }
 
 /// The rate of the data bus, and its peak.
-fn rates(run: &Run, dram: &DramSummary) -> Vec<Words> {
-    let rate = dram.bandwidth_gb_s.map(|r| format!("{} GB/s", significant(r)));
+fn rates(run: &Run, record: &Record) -> Vec<Words> {
+    let rate = record.mean(Key::DramRate).map(|r| format!("{} GB/s", significant(r)));
     let peak = run.facts.machine.dram_peak_gb_s;
     let peak = peak.map(|p| format!("of {} GB/s", significant(p)));
     rate.into_iter()

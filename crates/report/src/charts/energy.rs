@@ -5,8 +5,8 @@ use crate::format::{engineering, prefix_of, rate, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
 use powergs_energy::Component;
 use powergs_energy::action::Stage;
-use powergs_study::findings::RunSummary;
 use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
 const NAME: &str = "energy";
@@ -29,10 +29,10 @@ pub(crate) fn entries() -> impl Iterator<Item = Entry> {
     Component::ALL.into_iter().map(|c| Entry::fill(c.name(), colour(c)))
 }
 
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
+pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     let fps = run.facts.display_fps;
-    let (energy, power) = (Breakdown::energy_j(summary), Breakdown::power_w(summary));
-    let display = summary.display_w;
+    let (energy, power) = (Breakdown::energy_j(record), Breakdown::power_w(record));
+    let display = record.mean(Key::DisplayPower);
     let stages = power.shown();
     let names: Vec<&str> = stages.iter().map(|s| s.name()).collect();
     let left = panel(&names, &stages, &energy, None, "J");
@@ -41,9 +41,9 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let all: Vec<&str> = names.iter().copied().chain(display.map(|_| "display")).collect();
     let right = panel(&all, &stages, &power, display, "W");
     let beside = display.map_or(String::new(), |w| format!(" + display {}", engineering(w, "W")));
-    let at = match summary.misses(fps) {
+    let at = match record.misses() {
         false => format!("{} FPS", rate(fps)),
-        true => format!("{} FPS (misses {})", significant(summary.displayed_fps), rate(fps)),
+        true => format!("{} FPS (misses {})", significant(record.displayed_fps()), rate(fps)),
     };
     let heading = format!("{} at {at}{beside}", engineering(power.total(), "W"));
     let mut right = right.heading(Words::bold(heading));

@@ -6,7 +6,7 @@ use crate::format::{rate, significant};
 use powergs_chart::{
     Axis, Bin, Chart, Colour, Entry, Line, Mark, Panel, Place, Points, Rule, Scale, Size, Symbol,
 };
-use powergs_study::findings::RunSummary;
+use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
 const NAME: &str = "frame_time";
@@ -25,17 +25,17 @@ const FAR: f64 = 4.0;
 /// Above this number of frames single frames get no dots.
 const CROWDED: usize = 150;
 
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
-    let cycle = summary.cycle.as_ref()?;
+pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
+    let time_ms = record.aggregate(Key::FrameTime)?;
     let times: Vec<f64> =
         run.frames.iter().filter_map(|f| f.frame_time_s()).map(|s| s * 1e3).collect();
     let deadline = 1e3 / run.facts.display_fps;
-    let misses = cycle.deadline_misses;
+    let misses = record.deadline_misses()?;
     let numbers = format!(
         "mean {} ms, {} {} ms; {misses} of {} over {} ms",
-        significant(cycle.frame_time_ms),
+        significant(time_ms.mean),
         if times.len() < HUNDRED { "slowest" } else { "p99" },
-        significant(cycle.frame_time_p99_ms),
+        significant(time_ms.p99.as_f64()),
         times.len(),
         significant(deadline)
     );

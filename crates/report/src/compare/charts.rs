@@ -8,6 +8,7 @@ use crate::format::{shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_energy::action::{Stage, UnitKind};
 use powergs_energy::{Component, Standby};
+use powergs_study::findings::Key;
 use powergs_study::findings::compare::{Comparison, Measure, Side};
 
 /// Sides in one chart; a slide has no room for more.
@@ -21,7 +22,7 @@ pub fn charts(comparison: &Comparison, budget_w: Option<f64>) -> Vec<Chart> {
     let labels = comparison.labels_with_nodes();
     let subtitle = subtitle(comparison);
     let mut charts = vec![power(sides, &labels, subtitle.clone(), budget_w)];
-    if sides.iter().all(|s| s.summary.cycle.is_some()) {
+    if sides.iter().all(|s| s.statistics.has_time()) {
         charts.push(cycles(sides, subtitle));
     }
     charts
@@ -38,16 +39,16 @@ fn subtitle(comparison: &Comparison) -> String {
     format!("{of}{}, mean of {}", side.trace, side.shown.at_rate(side.frames, side.display_fps))
 }
 
-/// Watts of what is paid for work: a share of the energy of a frame, as often as frames are shown.
-fn watts(side: &Side, energy_pj: f64) -> f64 {
-    known(energy_pj) * 1e-12 * known(side.summary.displayed_fps)
+/// Watts of what is paid for work: a part of the energy of a frame, as often as frames are shown.
+fn watts(side: &Side, energy: Key) -> f64 {
+    known(side, energy) * 1e-12 * side.statistics.displayed_fps()
 }
 
 /// Power at the display rate, by component.
 fn component_w(side: &Side, component: Component) -> f64 {
-    match Standby::COMPONENTS.iter().position(|c| *c == component) {
-        Some(i) => known(side.summary.standby_w[i]),
-        None => watts(side, side.summary.energy.component(component)),
+    match Standby::COMPONENTS.contains(&component) {
+        true => known(side, Key::PowerOf(component)),
+        false => watts(side, Key::EnergyOf(component)),
     }
 }
 
@@ -58,13 +59,13 @@ fn power(sides: &[Side], labels: &[String], subtitle: String, budget_w: Option<f
     };
     let stage = |side: &Side| {
         let watts = |stage: Stage| match stage {
-            Stage::Standby => side.summary.standby_w.iter().map(|w| known(*w)).sum(),
-            _ => watts(side, side.summary.energy.stage(stage)),
+            Stage::Standby => Standby::COMPONENTS.iter().map(|c| component_w(side, *c)).sum(),
+            _ => watts(side, Key::EnergyIn(stage)),
         };
         Stage::ALL.map(|s| Part::new(watts(s), stage_colour(s))).to_vec()
     };
     let rows = Rows { labels, unit: &format!("W at {rate} FPS"), budget_w };
-    let missed = |side: &Side| side.summary.cycle.as_ref().is_some_and(|c| c.deadline_misses > 0);
+    let missed = |side: &Side| side.statistics.deadline_misses() > Some(0);
     let left = panel(sides, &rows, &component, "by component");
     let mut right = panel(sides, &rows, &stage, "by stage");
     right.y = right.y.hidden();
@@ -94,14 +95,13 @@ pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
         let is_own = |i: usize| !comparison.row(Measure::Energy).is_comparable[i];
         for (i, side) in comparison.sides.iter().take(machines).enumerate() {
             let one = if is_own(i) { side } else { &comparison.sides[0] };
-            let share = |pj: f64| known(pj) / one.summary.energy.total_pj;
-            let energy = &side.summary.energy;
+            let share = |energy| known(side, energy) / one.statistics.value(Key::Energy);
             let row = names.len();
-            let end = format!("{:.2}", share(energy.total_pj));
-            let part = |c| Part::new(share(energy.component(c)), component_colour(c));
+            let end = format!("{:.2}", share(Key::Energy));
+            let part = |c| Part::new(share(Key::EnergyOf(c)), component_colour(c));
             let bar = Bar::new(row, Component::ALL.map(part).to_vec());
             by_component.push(bar.end(end.clone()));
-            let part = |s| Part::new(share(energy.stage(s)), stage_colour(s));
+            let part = |s| Part::new(share(Key::EnergyIn(s)), stage_colour(s));
             by_stage.push(Bar::new(row, Stage::ALL.map(part).to_vec()).end(end));
             names.push(format!("{}: {}", shortened(trace, 20), shortened(&labels[i], 20)));
         }
@@ -137,8 +137,8 @@ pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
 }
 
 /// What an older report does not say is not drawn.
-fn known(value: f64) -> f64 {
-    if value.is_nan() { 0.0 } else { value }
+fn known(side: &Side, key: Key) -> f64 {
+    side.statistics.mean(key).unwrap_or(0.0)
 }
 
 fn stage_colour(stage: Stage) -> Colour {
@@ -190,8 +190,8 @@ fn cycles(sides: &[Side], subtitle: String) -> Chart {
     let chart = Chart::new("cycles", "Where the cycles go", subtitle).legend(cycles_entries());
     UnitKind::ALL.into_iter().enumerate().fold(chart, |chart, (u, unit)| {
         let bar = |(i, side): (usize, &Side)| {
-            let row = &side.summary.cycle.as_ref()?.units[unit as usize];
-            Some(cycles_bar(i, row.shares().into_iter().zip(CYCLES_COLOURS)))
+            let shares = side.statistics.has_time().then(|| side.statistics.unit_shares(unit))?;
+            Some(cycles_bar(i, shares.into_iter().zip(CYCLES_COLOURS)))
         };
         let bars: Vec<Bar> = sides.iter().enumerate().filter_map(bar).collect();
         let x = if u + 1 < UnitKind::ALL.len() { cycles_axis().hidden() } else { cycles_axis() };

@@ -34,7 +34,7 @@ pub fn json(comparison: &Comparison) -> Json {
                 "frames": s.frames,
                 "eyes": s.shown.eyes,
                 "incomplete": s.incomplete,
-                "bottleneck": crate::json::bottleneck_json(bottleneck::of(&s.summary).as_ref()),
+                "bottleneck": crate::json::bottleneck_json(bottleneck::of(&s.statistics).as_ref()),
             })
         })
         .collect();
@@ -58,7 +58,7 @@ pub fn json(comparison: &Comparison) -> Json {
         .collect();
     let mut statistics = Map::new();
     for (i, statistic) in catalogue().iter().enumerate() {
-        let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
+        let values = means(comparison, i);
         statistics.insert(statistic.name.clone(), json!(values));
     }
     json!({
@@ -110,9 +110,14 @@ fn csv_rows(table: &mut Table, comparison: &Comparison, first: &[Cell]) {
         row("measure", m.measure.name(), &m.values);
     }
     for (i, statistic) in catalogue().iter().enumerate() {
-        let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
-        row("mean", &statistic.name, &values);
+        row("mean", &statistic.name, &means(comparison, i));
     }
+}
+
+/// Means of a statistic, by its place in the catalogue; one a side.
+fn means(comparison: &Comparison, at: usize) -> Vec<Option<f64>> {
+    let mean = |side: &Side| Some(side.statistics.aggregates[at]?.mean);
+    comparison.sides.iter().map(mean).collect()
 }
 
 /// `run.toml`: versions, and the record of every side.

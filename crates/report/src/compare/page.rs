@@ -9,9 +9,8 @@ use powergs_base::config::knob;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_energy::action::{Stage, UnitKind};
-use powergs_study::findings::bottleneck;
 use powergs_study::findings::compare::{ComparedMeasure, Comparison, Measure, Note, Side};
-use powergs_study::findings::summary::{CycleSummary, UnitSummary};
+use powergs_study::findings::{Key, Record, bottleneck};
 use powergs_study::speedup::SpeedUp;
 
 /// Characters of the name of a side on a terminal.
@@ -138,7 +137,7 @@ fn differences(page: &mut Document, sides: &[Side]) {
 /// What bounds each side.
 fn limits(page: &mut Document, comparison: &Comparison) {
     let limit = |side: &Side| {
-        let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.summary)?);
+        let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.statistics)?);
         Some(Text::strong(side.label.clone()).then(format!(": {sentence}")))
     };
     page.add(Block::List(comparison.sides.iter().filter_map(limit).collect()));
@@ -272,24 +271,24 @@ fn measures(comparison: &Comparison) -> Table {
 /// Phases, energy and bytes by stage.
 fn stages(sides: &[Side]) -> Table {
     let mut table = Table::new(columns("", Kind::Real(significant), sides));
-    let mut add = |words: String, of: &dyn Fn(&Side) -> Option<f64>| {
-        let values: Vec<Option<f64>> =
-            sides.iter().map(|side| of(side).filter(|x| !x.is_nan())).collect();
+    let mut add = |words: String, of: &dyn Fn(&Record) -> Option<f64>| {
+        let values: Vec<Option<f64>> = sides.iter().map(|side| of(&side.statistics)).collect();
         if values.iter().any(Option::is_some) {
             let cells = values.into_iter().map(Cell::from);
             table.row([Cell::from(words)].into_iter().chain(cells));
         }
     };
-    add("preprocessing, ms".into(), &|s| {
-        let cycle = s.summary.cycle.as_ref()?;
-        Some(cycle.preprocessing_cycles / cycle.frame_cycles * cycle.frame_time_ms)
+    add("preprocessing, ms".into(), &|record| {
+        let share = record.mean(Key::PreprocessingCycles)? / record.mean(Key::FrameCycles)?;
+        Some(share * record.mean(Key::FrameTime)?).filter(|ms| !ms.is_nan())
     });
     for stage in Stage::ALL {
-        let mj = |s: &Side| Some(s.summary.energy.stage(stage) * 1e-9);
+        let mj = |record: &Record| Some(record.mean(Key::EnergyIn(stage))? * 1e-9);
         add(format!("{}, mJ", stage.name()), &mj);
     }
     for stage in Stage::WORK {
-        let mb = |s: &Side| Some(s.summary.dram_bytes[stage as usize].sum() * 1e-6);
+        let (read, write) = (Key::StageRead(stage), Key::StageWrite(stage));
+        let mb = |record: &Record| Some((record.mean(read)? + record.mean(write)?) * 1e-6);
         add(format!("{}, DRAM MB", stage.name()), &mb);
     }
     table
@@ -299,9 +298,9 @@ fn stages(sides: &[Side]) -> Table {
 fn stalls(sides: &[Side], least: f64) -> Table {
     let mut table = Table::new(columns("% of cycles", Kind::Real(percent), sides));
     for unit in UnitKind::ALL {
-        let of_unit = |cycle: &CycleSummary| cycle.units[unit as usize].shares();
-        let shares: Vec<_> = sides.iter().map(|s| s.summary.cycle.as_ref().map(of_unit)).collect();
-        for (part, name) in UnitSummary::PARTS.into_iter().enumerate() {
+        let of_unit = |s: &Side| s.statistics.has_time().then(|| s.statistics.unit_shares(unit));
+        let shares: Vec<_> = sides.iter().map(of_unit).collect();
+        for (part, name) in Record::UNIT_PARTS.into_iter().enumerate() {
             let values: Vec<Option<f64>> = shares.iter().map(|s| s.map(|s| s[part])).collect();
             let shown = values.iter().flatten().any(|v| *v >= least && *v > 0.0);
             if shown && name != "idle" {

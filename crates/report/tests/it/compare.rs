@@ -1,6 +1,8 @@
 //! Runs beside each other.
 
+use powergs_base::quantity::SquareMillimetres;
 use powergs_chart::{Format, Style};
+use powergs_energy::Area;
 use powergs_report::compare::{charts, compare_csv, document, json, note, run_toml};
 use powergs_report::{csv, record};
 use powergs_study::findings::compare::{Comparison, Measure, Side, SideError};
@@ -54,11 +56,12 @@ fn measures_of_two_machines() {
 
 #[test]
 fn rates_are_held_against_the_die() {
-    let mut sides = [side(&builder::run(&[5.0])), side(&builder::run(&[10.0]))];
-    for (side, area) in sides.iter_mut().zip([4.0, 1.0]) {
-        side.summary.area_mm2 = Some(area);
-    }
-    let c = Comparison::new(sides.to_vec(), false);
+    let of = |millions, mm2| {
+        let mut run = builder::run(&[millions]);
+        run.frames[0].area = Some(Area { rest: SquareMillimetres(mm2), ..Area::default() });
+        side(&run)
+    };
+    let c = Comparison::new(vec![of(5.0, 4.0), of(10.0, 1.0)], false);
     same(value(&c, Measure::FpsPerArea, 0), 50.0);
     same(value(&c, Measure::FpsPerArea, 1), 100.0);
     assert_eq!(c.labels(), ["gscore-1", "gscore-2"], "one name is numbered");

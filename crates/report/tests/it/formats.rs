@@ -1,10 +1,9 @@
 //! CSV, run.toml, and the generated documents.
 
 use expect_test::{expect, expect_file};
-use powergs_core::sim::statistics::find;
+use powergs_core::sim::statistics::{Key, find};
 use powergs_report::{csv, docs, files, limits, record, schema};
 use powergs_study::findings::limits::NOT_MODELLED;
-use powergs_study::run_record::Table;
 
 use crate::builder;
 
@@ -46,7 +45,6 @@ fn csv_header() {
 #[test]
 fn csv_holds_frames_and_aggregates_exactly() {
     let run = builder::garden();
-    let table = Table::of(&run);
     let bytes = csv::results(&run);
     let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
     let header = reader.headers().expect("a header").clone();
@@ -63,7 +61,7 @@ fn csv_holds_frames_and_aggregates_exactly() {
         run.frames.iter().filter_map(|f| power.of(f, 60.0)).map(|v| v.as_f64()).collect();
     assert_eq!(written, values, "numbers survive the text exactly");
     let mean: f64 = rows[24][column].parse().expect("a number");
-    assert_eq!(Some(mean), table.aggregate("power_w.total").map(|a| a.mean));
+    assert_eq!(Some(mean), run.statistics().and_then(|record| record.mean(Key::Power)));
 }
 
 #[test]

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use powergs_core::sim::statistics::{Aggregate, Kind, Value, catalogue, find, name_in, values};
-use powergs_energy::Area;
-use powergs_study::findings::RunSummary;
-use powergs_study::run_record::Table;
+use powergs_core::accel::Stall;
+use powergs_core::sim::statistics::{
+    Aggregate, Key, Kind, Value, catalogue, find, name_in, values,
+};
+use powergs_energy::action::{Buffer, Stage, UnitKind};
+use powergs_energy::{Area, Component};
+use powergs_frame::fovea::REGIONS;
 
 use crate::builder;
 
@@ -48,6 +51,62 @@ fn promised_names_exist() {
     names.extend(powers.iter().map(String::as_str));
     for name in names {
         assert!(find(name).is_some(), "{name}");
+    }
+}
+
+/// Every key names a statistic, and no two the same.
+#[test]
+fn keys_are_in_the_catalogue() {
+    let mut keys = vec![
+        Key::FrameTime,
+        Key::DisplayedFps,
+        Key::DeadlineMissed,
+        Key::FrameCycles,
+        Key::PreprocessingCycles,
+        Key::Power,
+        Key::DisplayPower,
+        Key::PowerWithDisplay,
+        Key::Energy,
+        Key::Area,
+        Key::AreaCore,
+        Key::ReadBytes,
+        Key::WriteBytes,
+        Key::SramBytes,
+        Key::LaneUtilisation,
+        Key::ColourWaits,
+        Key::DramBusy,
+        Key::DramRate,
+        Key::UnwrittenBytes,
+        Key::SecondMasterRate,
+        Key::MovedPerRequested,
+        Key::RowHits,
+    ];
+    keys.extend(Component::ALL.into_iter().flat_map(|c| [Key::PowerOf(c), Key::EnergyOf(c)]));
+    keys.extend(Stage::ALL.map(Key::EnergyIn));
+    for stage in Stage::WORK {
+        keys.extend(Key::COMPONENTS.map(|component| Key::EnergyPart(stage, component)));
+        let bytes = [Key::StageRead, Key::StageWrite, Key::StageSram];
+        let bursts = [Key::BurstsRead, Key::BurstsWritten, Key::RowsOpened];
+        keys.extend(bytes.into_iter().chain(bursts).map(|of| of(stage)));
+    }
+    for kind in UnitKind::ALL {
+        keys.extend([Key::Instances, Key::Busy, Key::Idle].map(|of| of(kind)));
+        keys.extend(Stall::ALL.map(|cause| Key::Stalled(kind, cause)));
+    }
+    for buffer in Buffer::FILLED {
+        let held = [Key::Capacity, Key::Peak, Key::Held];
+        let moved = [Key::Filled, Key::Consumed, Key::Discarded];
+        keys.extend(held.into_iter().chain(moved).map(|of| of(buffer)));
+    }
+    for k in 0..REGIONS.len() {
+        let of = [Key::RegionTiles, Key::RegionEntries, Key::RegionCycles, Key::RegionEnergy];
+        keys.extend(of.map(|of| of(k)));
+    }
+    let record = builder::garden().statistics().expect("frames");
+    let mut names = BTreeSet::new();
+    for key in keys {
+        assert!(record.mean(key).is_some(), "{key:?}");
+        assert!(names.insert(key.name()), "{key:?}");
     }
 }
 
@@ -155,23 +214,21 @@ fn an_aggregate_needs_every_frame() {
 fn the_rate_of_a_run_is_frames_over_time() {
     // 10 ms and 30 ms: 50 frames a second, although the mean of 100 and 33.3 is 66.7.
     let run = builder::run(&[10.0, 30.0]);
-    let summary = RunSummary::of(&run).expect("frames");
-    same(summary.throughput_fps().expect("time"), 50.0);
+    let record = run.statistics().expect("frames");
+    same(record.throughput_fps().expect("time"), 50.0);
     let energy = run.frames.iter().map(|f| f.energy.total().0).sum::<f64>() * 1e-12;
-    same(summary.throughput_power_w().expect("time"), energy / 40e-3);
-    assert_eq!(summary.cycle.as_ref().expect("a time").deadline_misses, 1);
+    same(record.throughput_power_w().expect("time"), energy / 40e-3);
+    assert_eq!(record.deadline_misses(), Some(1));
     // At 60 FPS the first is shown for 16.7 ms and the second for 30 ms.
     let shown = 1.0 / 60.0 + 30e-3;
-    same(summary.displayed_fps, 2.0 / shown);
-    assert!(summary.misses(60.0) && !summary.misses(30.0));
-    same(summary.displayed_energy_j() * 2.0, summary.power_w * shown);
+    same(record.displayed_fps(), 2.0 / shown);
+    assert!(record.misses());
+    let power_w = record.value(Key::Power);
+    same(record.displayed_energy_j() * 2.0, power_w * shown);
     let watts = |i: usize| run.frames[i].power_display_rate_w(60.0);
-    same(summary.power_w, (watts(0) / 60.0 + watts(1) * 30e-3) / shown);
-    let table = Table::of(&run);
-    same(table.aggregate("power_w.total").expect("frames").mean, summary.power_w);
-    same(table.aggregate("displayed_fps").expect("frames").mean, summary.displayed_fps);
-    let full_rate = table.aggregate("power_full_rate_w.total").expect("frames").mean;
-    same(full_rate, summary.throughput_power_w().expect("time"));
+    same(power_w, (watts(0) / 60.0 + watts(1) * 30e-3) / shown);
+    let full_rate = record.named("power_full_rate_w.total").expect("frames").mean;
+    same(full_rate, record.throughput_power_w().expect("time"));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use powergs_report::bottleneck::sentence;
 use powergs_report::charts;
 use powergs_report::format::{engineering, percent, rate, shortened, significant, wrapped};
 use powergs_report::page::document;
-use powergs_study::findings::{Bottleneck, Limit, RunSummary, bottleneck};
+use powergs_study::findings::{Bottleneck, Limit, bottleneck};
 use powergs_study::run_record::Run;
 
 use crate::builder;
@@ -135,7 +135,7 @@ fn summary_page_of_an_interrupted_run() {
 fn limited(change: impl FnOnce(&mut powergs_core::accel::FrameTiming)) -> Option<Bottleneck> {
     let mut run = builder::run(&[8.0]);
     change(&mut builder::cycle(&mut run.frames[0]).timing);
-    let found = bottleneck::of(&RunSummary::of(&run)?)?;
+    let found = bottleneck::of(&run.statistics()?)?;
     let parts = found.bounds.iter().map(|b| b.share).chain(found.waits.iter().map(|w| w.share));
     let sum = parts.sum::<f64>() + found.without_work;
     // Cycles are cut to integers for 64 units.
@@ -181,7 +181,7 @@ fn bottleneck_follows_the_cycles() {
     let overlapped = limited(|t| refill(t, 3, 0.9, [0.0; 7])).expect("time");
     assert_eq!(overlapped.bounds.len(), 1, "where phases overlap one unit leads the whole frame");
     assert_eq!(limit(limited(|t| t.frame = 0)), None);
-    assert_eq!(bottleneck::of(&RunSummary::of(&builder::paper()).expect("frames")), None);
+    assert_eq!(bottleneck::of(&builder::paper().statistics().expect("frames")), None);
 }
 
 #[test]

@@ -10,9 +10,8 @@
 //! or waits, for anything but room behind it. Shares of time stand for simultaneity: which cycles
 //! coincide is not recorded.
 
-use super::RunSummary;
-use super::summary::{ColourSummary, CycleSummary, UnitSummary};
 use powergs_core::accel::Stall;
+use powergs_core::sim::statistics::{Key, Record};
 use powergs_energy::action::{Stage, UnitKind};
 
 /// What to make faster first.
@@ -144,15 +143,15 @@ struct Leader {
 }
 
 impl Leader {
-    fn new(unit: &UnitSummary, colour: Option<&ColourSummary>, frame: f64) -> Leader {
-        let all = f64::from(unit.instances) * frame;
-        let colour = colour.filter(|_| unit.unit == UnitKind::Vru);
+    fn of(record: &Record, unit: UnitKind, frame: f64) -> Leader {
+        let all = record.value(Key::Instances(unit)) * frame;
+        let colours = record.mean(Key::ColourWaits).filter(|_| unit == UnitKind::Vru);
         Leader {
-            unit: unit.unit,
-            busy: unit.busy / all,
-            stalls: unit.stalls.map(|cycles| cycles / all),
-            colours: colour.map_or(0.0, |colour| colour.waits / all),
-            idle: unit.idle / all,
+            unit,
+            busy: record.value(Key::Busy(unit)) / all,
+            stalls: Stall::ALL.map(|cause| record.value(Key::Stalled(unit, cause)) / all),
+            colours: colours.map_or(0.0, |cycles| cycles / all),
+            idle: record.value(Key::Idle(unit)) / all,
         }
     }
 
@@ -163,11 +162,10 @@ impl Leader {
 
 /// The bottleneck of a run; `None` in a model without time, for frames that take none, and for an
 /// older report that does not say where its cycles went.
-pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
-    let cycle = summary.cycle.as_ref()?;
-    let frame = Some(cycle.frame_cycles).filter(|f| *f > 0.0)?;
-    let first = cycle.preprocessing_cycles / frame;
-    let units = cycle.units.each_ref().map(|u| Leader::new(u, cycle.colour.as_ref(), frame));
+pub fn of(record: &Record) -> Option<Bottleneck> {
+    let frame = record.mean(Key::FrameCycles).filter(|f| *f > 0.0)?;
+    let first = record.value(Key::PreprocessingCycles) / frame;
+    let units = UnitKind::ALL.map(|unit| Leader::of(record, unit, frame));
     if !units.iter().all(Leader::is_known) {
         return None;
     }
@@ -183,7 +181,7 @@ pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
     } else {
         vec![if ccu.busy > tiles.busy { ccu } else { tiles }]
     };
-    Some(found(cycle, &leaders, &chain))
+    Some(found(record, &leaders, &chain))
 }
 
 /// Where `share` of the frame begins in which unit `at` of `chain` has nothing to work on.
@@ -212,7 +210,7 @@ fn roots(chain: &[Leader], at: UnitKind, share: f64) -> Vec<Root> {
     found
 }
 
-fn found(cycle: &CycleSummary, leaders: &[Leader], chain: &[Leader]) -> Bottleneck {
+fn found(record: &Record, leaders: &[Leader], chain: &[Leader]) -> Bottleneck {
     let mut bounds: Vec<Bound> =
         leaders.iter().map(|u| Bound { unit: u.unit, share: u.busy }).collect();
     bounds.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -230,7 +228,7 @@ fn found(cycle: &CycleSummary, leaders: &[Leader], chain: &[Leader]) -> Bottlene
                 Stall::Input => roots(chain, unit, share - colours),
                 _ => Vec::new(),
             };
-            Wait { cause, unit, share, colours, row_miss: misses(cycle, cause), roots }
+            Wait { cause, unit, share, colours, row_miss: misses(record, cause), roots }
         })
         .into_iter()
         .filter(|w| w.share > NOTHING)
@@ -240,7 +238,7 @@ fn found(cycle: &CycleSummary, leaders: &[Leader], chain: &[Leader]) -> Bottlene
     let dram_wait = direct.chain(waits.iter().map(Wait::traced_to_dram)).sum();
     let colours: f64 = waits.iter().map(|w| w.colours).sum();
     let without_work = leaders.iter().map(|u| u.idle).sum();
-    let bus_busy = cycle.dram.busy_frac;
+    let bus_busy = record.value(Key::DramBusy);
     let limit = Limit::Unit(bounds[0].unit);
     let mut found = Bottleneck { limit, bounds, waits, without_work, dram_wait, bus_busy };
     let works = chain.iter().map(|unit| (unit.unit, found.holds_up(unit.unit)));
@@ -257,14 +255,14 @@ fn found(cycle: &CycleSummary, leaders: &[Leader], chain: &[Leader]) -> Bottlene
 }
 
 /// Share of the bursts of the stage that waits for `cause` that had to open a row.
-fn misses(cycle: &CycleSummary, cause: Stall) -> Option<f64> {
+fn misses(record: &Record, cause: Stall) -> Option<f64> {
     let stage = match cause {
         Stall::Records => Stage::Preprocessing,
         Stall::List | Stall::Spill => Stage::Sorting,
         Stall::Features => Stage::Rendering,
         Stall::Input | Stall::Output | Stall::Bank => return None,
     };
-    let commands = &cycle.dram.commands.as_ref()?[stage as usize];
-    let bursts = commands.reads + commands.writes;
-    (bursts > 0.0).then(|| (commands.activates / bursts).min(1.0))
+    let bursts = record.mean(Key::BurstsRead(stage))? + record.mean(Key::BurstsWritten(stage))?;
+    let opened = record.mean(Key::RowsOpened(stage))?;
+    (bursts > 0.0).then(|| (opened / bursts).min(1.0))
 }

@@ -1,6 +1,6 @@
 //! Where the energy of a run goes, by stage and component: means over frames.
 
-use super::summary::{EnergyMeans, RunSummary};
+use powergs_core::sim::statistics::{Key, Record};
 use powergs_energy::action::Stage;
 use powergs_energy::{Component, Standby};
 
@@ -13,27 +13,27 @@ pub struct Breakdown {
 
 impl Breakdown {
     /// Mean energy of a frame, joules. Standby parts are for the frame's own time.
-    pub fn energy_j(summary: &RunSummary) -> Breakdown {
-        let energy = &summary.energy;
-        let standby = Standby::COMPONENTS.map(|component| energy.component(component) * 1e-12);
-        Self::new(summary, 1e-12, standby)
+    pub fn energy_j(record: &Record) -> Breakdown {
+        Self::new(record, 1e-12, |component| record.value(Key::EnergyOf(component)) * 1e-12)
     }
 
-    /// Mean power at the display rate of the summary, or at what is reached of it, watts. Standby
-    /// parts are paid all the time.
-    pub fn power_w(summary: &RunSummary) -> Breakdown {
-        Self::new(summary, 1e-12 * summary.displayed_fps, summary.standby_w)
+    /// Mean power at the display rate of the run, or at what is reached of it, watts. Standby parts
+    /// are paid all the time.
+    pub fn power_w(record: &Record) -> Breakdown {
+        let work = 1e-12 * record.displayed_fps();
+        Self::new(record, work, |component| record.value(Key::PowerOf(component)))
     }
 
-    fn new(summary: &RunSummary, work: f64, standby: [f64; Standby::COMPONENTS.len()]) -> Self {
+    fn new(record: &Record, work: f64, standby: impl Fn(Component) -> f64) -> Self {
         let mut parts = [[0.0; Component::ALL.len()]; Stage::ALL.len()];
-        for (stage, of_stage) in Stage::WORK.into_iter().zip(&summary.energy.work_pj) {
-            for (component, pj) in EnergyMeans::WORK.into_iter().zip(of_stage) {
+        for stage in Stage::WORK {
+            for component in Key::COMPONENTS {
+                let pj = record.value(Key::EnergyPart(stage, component));
                 parts[stage as usize][component as usize] = pj * work;
             }
         }
-        for (component, part) in Standby::COMPONENTS.into_iter().zip(standby) {
-            parts[Stage::Standby as usize][component as usize] = part;
+        for component in Standby::COMPONENTS {
+            parts[Stage::Standby as usize][component as usize] = standby(component);
         }
         Breakdown { parts }
     }

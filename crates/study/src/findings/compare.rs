@@ -6,6 +6,8 @@ mod side;
 pub use folder::{RESULTS_FIRST, SideError};
 pub use side::Side;
 
+use powergs_core::sim::statistics::Key;
+
 /// Which way is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Better {
@@ -135,25 +137,27 @@ impl Measure {
 
     /// The value of `side`, where it has one.
     fn of(self, side: &Side) -> Option<f64> {
-        let summary = &side.summary;
-        let cycle = summary.cycle.as_ref();
-        let fps = || cycle.map(|c| c.frame_time_ms).filter(|t| *t > 0.0).map(|t| 1e3 / t);
-        let energy_j = summary.energy.total_pj * 1e-12;
+        let record = &side.statistics;
+        let time_ms = record.aggregate(Key::FrameTime);
+        let fps = || time_ms.map(|t| t.mean).filter(|t| *t > 0.0).map(|t| 1e3 / t);
+        let energy_j = record.value(Key::Energy) * 1e-12;
         let value = match self {
-            Measure::FrameTime => cycle?.frame_time_ms,
-            Measure::FrameTimeP99 => cycle?.frame_time_p99_ms,
+            Measure::FrameTime => time_ms?.mean,
+            Measure::FrameTimeP99 => time_ms?.p99.as_f64(),
             Measure::Throughput => fps()?,
             Measure::Energy => energy_j * 1e3,
-            Measure::Displayed => cycle.map(|_| summary.displayed_fps)?,
-            Measure::Power => summary.power_w,
+            Measure::Displayed => time_ms.map(|_| record.displayed_fps())?,
+            Measure::Power => record.value(Key::Power),
             Measure::PowerFullRate => energy_j * fps()?,
-            Measure::DramBytes => summary.all_dram_bytes.sum() * 1e-6,
+            Measure::DramBytes => {
+                (record.value(Key::ReadBytes) + record.value(Key::WriteBytes)) * 1e-6
+            }
             Measure::DramPeak => side.dram_peak_gb_s?,
-            Measure::Area => summary.area_mm2?,
-            Measure::AreaCore => summary.core_mm2?,
+            Measure::Area => record.mean(Key::Area)?,
+            Measure::AreaCore => record.mean(Key::AreaCore)?,
             Measure::Node => side.node_nm?,
             Measure::FpsPerWatt => 1.0 / energy_j,
-            Measure::FpsPerArea => fps()? / summary.area_mm2?,
+            Measure::FpsPerArea => fps()? / record.mean(Key::Area)?,
         };
         Some(value).filter(|x| x.is_finite())
     }
@@ -348,9 +352,9 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         notes.push(differing(sides, |s| s.dram_prices.join(" and "), Note::DramPrices));
     }
     let misses = |s: &Side| {
-        let (label, displayed_fps) = (s.label.clone(), s.summary.displayed_fps);
+        let (label, displayed_fps) = (s.label.clone(), s.statistics.displayed_fps());
         let (fps, frames) = (s.display_fps, s.shown.counted(s.frames));
-        let missed = s.summary.cycle.as_ref()?.deadline_misses;
+        let missed = s.statistics.deadline_misses()?;
         (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
     };
     let incomplete = |s: &Side| {

@@ -1,9 +1,9 @@
 //! What is not modelled, and which assumptions mattered most: said with every report.
 
 use super::bottleneck::{Bottleneck, Limit};
-use super::summary::RunSummary;
 use crate::run_record::{Experiments, MachineFacts};
 use powergs_core::accel::machine::DramModel;
+use powergs_core::sim::statistics::{Key, Record};
 use powergs_energy::Component;
 use powergs_energy::action::UnitKind;
 
@@ -177,7 +177,7 @@ const LARGE: f64 = 0.15;
 /// most when they are turned, then those behind the largest parts of the energy that have no knob.
 /// Each is named once, for its first reason.
 pub fn mattered(
-    summary: &RunSummary,
+    record: &Record,
     machine: &MachineFacts,
     bottleneck: Option<&Bottleneck>,
     experiments: &Experiments,
@@ -223,9 +223,9 @@ pub fn mattered(
             add(&bar.assumption, Why::Price { power_w, low_w, high_w });
         }
     }
-    let total = summary.energy.total_pj;
+    let total = record.value(Key::Energy);
     if total > 0.0 {
-        let share = |part| summary.energy.component(part) / total;
+        let share = |part| record.value(Key::EnergyOf(part)) / total;
         let mut large: Vec<_> = Component::ALL.map(|part| (share(part), part)).to_vec();
         large.retain(|(share, _)| *share >= LARGE);
         large.sort_by(|a, b| b.0.total_cmp(&a.0));

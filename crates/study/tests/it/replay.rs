@@ -9,7 +9,7 @@ use powergs_core::workload::paper::Padding;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::prices::{PriceBar, PriceBars};
 use powergs_study::findings::what_if::{Advice, Step};
-use powergs_study::findings::{Bottleneck, Limit, RunSummary, WhatIf, bottleneck, limits};
+use powergs_study::findings::{Bottleneck, Limit, WhatIf, bottleneck, limits};
 use powergs_study::replay::{Replay, on_each};
 
 use crate::frames;
@@ -245,11 +245,11 @@ fn assumptions_that_move_nothing_do_not_matter() {
         let spec = SystemSpec { sets, ..SystemSpec::named("gscore") };
         let system = System::load(&spec, &EmbeddedFiles).expect("a machine");
         let run = replay(&system).run(&mut frames(1), &()).expect("a run");
-        let summary = RunSummary::of(&run).expect("frames");
+        let record = run.statistics().expect("frames");
         let limit = Limit::Dram;
-        let dram = bottleneck::of(&summary).map(|found| Bottleneck { limit, ..found });
+        let dram = bottleneck::of(&record).map(|found| Bottleneck { limit, ..found });
         let machine = &run.facts.machine;
-        let all = limits::mattered(&summary, machine, dram.as_ref(), &run.experiments);
+        let all = limits::mattered(&record, machine, dram.as_ref(), &run.experiments);
         all.into_iter().map(|m| m.assumption).collect::<Vec<_>>()
     };
     let has = |all: &[String], name: &str| all.iter().any(|one| one == name);

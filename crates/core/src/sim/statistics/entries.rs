@@ -6,7 +6,7 @@ mod fovea;
 mod machine;
 mod memory;
 
-use super::{Kind, Statistic, Value, Weight};
+use super::{Key, Kind, Statistic, Value, Weight};
 use crate::sim::{FrameReport, StageBytes};
 use powergs_energy::action::Stage;
 use powergs_frame::splat::Counters;
@@ -90,7 +90,7 @@ fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
 fn time(list: &mut List) {
     real(
         list,
-        "frame_time_ms",
+        Key::FrameTime,
         "ms",
         "Simulated time of the frame, from the first record read to the last pixel written.",
         |f, _| f.frame_time_s().map(|s| s * 1e3),
@@ -106,14 +106,14 @@ fn time(list: &mut List) {
     weighted(
         list,
         Weight::Displayed,
-        "displayed_fps",
+        Key::DisplayedFps,
         "1/s",
         "Frames per second that the display gets: `fps`, or `achieved_fps` where the frame misses \
          the display rate; the mean is frames over the time for which they are shown.",
         |f, fps| Some(f.displayed_fps(fps)),
     );
     list.push(Statistic {
-        name: "deadline_missed".into(),
+        name: Key::DeadlineMissed.name(),
         unit: "1",
         definition: "1 if the frame took longer than the display period 1 / `fps`, else 0; the \
                      mean is the share of missed frames."
@@ -122,25 +122,25 @@ fn time(list: &mut List) {
         weight: Weight::Frame,
         read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
     });
-    count(list, "frame_cycles", "cycles", "Length of the frame in clock cycles.", |f| {
+    count(list, Key::FrameCycles, "cycles", "Length of the frame in clock cycles.", |f| {
         Some(f.timing()?.frame)
     });
     count(
         list,
-        "preprocessing_cycles",
+        Key::PreprocessingCycles,
         "cycles",
         "Cycles until the last CCU was done and sorting could begin.",
         |f| Some(f.timing()?.preprocessing_end),
     );
 }
 
-/// A column of [`StageBytes`]: name, definition, field.
-type Column = (&'static str, &'static str, fn(&StageBytes) -> u64);
+/// A column of [`StageBytes`]: of all stages, of one, definition, field.
+type Column = (Key, fn(Stage) -> Key, &'static str, fn(&StageBytes) -> u64);
 
 const COLUMNS: [Column; 3] = [
-    ("dram_read_bytes", "Bytes read from DRAM", |s| s.read),
-    ("dram_write_bytes", "Bytes written to DRAM", |s| s.write),
-    ("sram_bytes", "Bytes moved in or out of on-chip buffers", |s| s.sram),
+    (Key::ReadBytes, Key::StageRead, "Bytes read from DRAM", |s| s.read),
+    (Key::WriteBytes, Key::StageWrite, "Bytes written to DRAM", |s| s.write),
+    (Key::SramBytes, Key::StageSram, "Bytes moved in or out of on-chip buffers", |s| s.sram),
 ];
 
 /// FLOPs are counted by the `paper` model only; the `cycle` model counts actions.
@@ -149,17 +149,16 @@ fn flops(frame: &FrameReport, stages: &[usize]) -> Option<u64> {
 }
 
 fn bytes(list: &mut List) {
-    for (name, text, field) in COLUMNS {
+    for (all, _, text, field) in COLUMNS {
         let text = format!("{text}, all stages.");
-        count(list, name, "B", text, move |f| Some(f.stages.iter().map(field).sum()));
+        count(list, all, "B", text, move |f| Some(f.stages.iter().map(field).sum()));
     }
     let text = "Floating-point operations, all stages (`paper` model only).";
     count(list, "flops", "1", text, |f| flops(f, &[0, 1, 2]));
     for (i, stage) in Stage::WORK.into_iter().enumerate() {
-        for (name, text, field) in COLUMNS {
+        for (_, of, text, field) in COLUMNS {
             let text = format!("{text} by {}.", cost::stage_words(stage));
-            let name = format!("stages.{}.{name}", stage.name());
-            count(list, name, "B", text, move |f| Some(field(&f.stages[i])));
+            count(list, of(stage), "B", text, move |f| Some(field(&f.stages[i])));
         }
         let text =
             format!("Floating-point operations of {} (`paper` only).", cost::stage_words(stage));

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use powergs_base::TOOL_VERSION;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::statistics::Record;
+use toml::Value;
 
-use crate::findings::RunSummary;
-use crate::run_record::{Run, SCHEMA_VERSION, Shown, Table, hash_text, record};
+use super::SideError;
+use crate::run_record::{Run, Shown, record};
 
 /// What a comparison needs to know about a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,10 +49,8 @@ pub struct Side {
     pub incomplete: bool,
     /// Peak DRAM rate, 10⁹ bytes per second.
     pub dram_peak_gb_s: Option<f64>,
-    /// The summary of the run.
-    pub summary: RunSummary,
-    /// Means of all statistics, in the order of the catalogue; `None` where a frame has no value.
-    pub means: Vec<Option<f64>>,
+    /// Every statistic over the frames.
+    pub statistics: Record,
     /// The record of the run, as in `run.toml`.
     pub record: toml::Table,
 }
@@ -60,39 +58,74 @@ pub struct Side {
 impl Side {
     /// A run that was just simulated; `None` without frames.
     pub fn of_run(run: &Run) -> Option<Side> {
-        let facts = &run.facts;
-        let input = |role: &str| facts.inputs.iter().find(|input| input.role == role);
-        let hash = |role| input(role).map_or("?".to_owned(), hash_text);
-        let record = record(run);
-        Some(Side {
+        let statistics = run.statistics()?;
+        let side = Side::of_record(&run.facts.machine.name, record(run), |_, _| Ok(statistics));
+        Some(side.expect("the record of a run has what its reader wants"))
+    }
+
+    /// The side called `label` that `record` tells of, with `statistics` of a number of frames on a
+    /// display at a number of frames per second.
+    pub(super) fn of_record(
+        label: &str,
+        record: toml::Table,
+        statistics: impl FnOnce(u64, f64) -> Result<Record, SideError>,
+    ) -> Result<Side, SideError> {
+        let key = |key, kind| SideError::Key { key, kind };
+        let integer =
+            |name| record.get(name).and_then(Value::as_integer).ok_or(key(name, "integer"));
+        let string = |name| record.get(name).and_then(Value::as_str).ok_or(key(name, "text"));
+        let facts = record.get("facts").and_then(Value::as_table);
+        let fact = |name: &str| facts.and_then(|f| f.get(name));
+        let text = |name: &str| fact(name).and_then(Value::as_str).unwrap_or("?").to_owned();
+        let inputs =
+            record.get("inputs").and_then(Value::as_array).ok_or(key("inputs", "array"))?;
+        let input = |role: &str, what: &str| {
+            let found = inputs.iter().find(|i| i.get("role").and_then(Value::as_str) == Some(role));
+            found.and_then(|i| i.get(what)).and_then(Value::as_str).unwrap_or("?").to_owned()
+        };
+        let dram =
+            record.get("configuration").and_then(|c| c.get("machine")).and_then(|m| m.get("dram"));
+        let display_fps = record.get("display-fps").and_then(Value::as_float);
+        let incomplete = record.get("incomplete").and_then(Value::as_bool);
+        let frames = integer("frames-reported")?.unsigned_abs();
+        let size = |name: &str| fact(name).and_then(Value::as_integer).unwrap_or_default() as u32;
+        // Reports of before know no pairs.
+        let eyes = fact("eyes").and_then(Value::as_integer).unwrap_or(1).max(1) as usize;
+        let shown = Shown { eyes, width: size("width-px"), height: size("height-px") };
+        let display_fps = display_fps.ok_or(key("display-fps", "number"))?;
+        let incomplete = incomplete.ok_or(key("incomplete", "true or false"))?;
+        Ok(Side {
+            label: label.to_owned(),
+            machine: text("machine"),
+            energy_table: text("energy-table"),
+            node_nm: fact("node-nm").and_then(Value::as_float),
+            model: string("model")?.to_owned(),
+            dram_model: dram
+                .and_then(|d| d.get("model"))
+                .and_then(Value::as_str)
+                .unwrap_or_default()
+                .to_owned(),
             dram_prices: dram_prices(&record),
-            label: facts.machine.name.clone(),
-            machine: facts.machine.name.clone(),
-            energy_table: facts.machine.energy_table.clone(),
-            node_nm: facts.machine.node_nm,
-            model: facts.model.name().to_owned(),
-            dram_model: facts.machine.dram_model.map_or("", DramModel::name).to_owned(),
-            trace: facts.trace.name.clone(),
-            trace_hash: hash("trace"),
-            energy_hash: hash("energy"),
-            tool_version: TOOL_VERSION.to_owned(),
-            model_version: i64::from(MODEL_VERSION),
-            schema_version: i64::from(SCHEMA_VERSION),
-            display_fps: facts.display_fps,
-            frames: run.frames.len() as u64,
-            shown: facts.trace.shown,
-            incomplete: run.incomplete(),
-            dram_peak_gb_s: facts.machine.dram_peak_gb_s,
-            summary: RunSummary::of(run)?,
-            means: Table::of(run).means(),
+            trace: text("trace"),
+            trace_hash: input("trace", "xxh3-128"),
+            energy_hash: input("energy", "xxh3-128"),
+            tool_version: string("tool-version")?.to_owned(),
+            model_version: integer("model-version")?,
+            schema_version: integer("schema-version")?,
+            display_fps,
+            frames,
+            shown,
+            incomplete,
+            dram_peak_gb_s: fact("dram-peak-gb-s").and_then(Value::as_float),
+            statistics: statistics(frames, display_fps)?,
             record,
         })
     }
 }
 
 /// What the DRAM prices of a recorded run rest on, sorted: what the prices at work cite.
-pub(super) fn dram_prices(record: &toml::Table) -> Vec<String> {
-    fn add(value: &toml::Value, found: &mut BTreeSet<String>) {
+fn dram_prices(record: &toml::Table) -> Vec<String> {
+    fn add(value: &Value, found: &mut BTreeSet<String>) {
         let Some(table) = value.as_table() else { return };
         for (key, value) in table {
             match (key.as_str(), value.as_str()) {
@@ -110,8 +143,8 @@ pub(super) fn dram_prices(record: &toml::Table) -> Vec<String> {
         }
         Some(value)
     };
-    let model = at(&["machine", "dram", "model"]).and_then(toml::Value::as_str);
-    let by_device = at(&["energy", "dram", "device"]).and_then(toml::Value::as_bool);
+    let model = at(&["machine", "dram", "model"]).and_then(Value::as_str);
+    let by_device = at(&["energy", "dram", "device"]).and_then(Value::as_bool);
     let counts_commands = model.is_some_and(|model| model != DramModel::Bandwidth.name());
     let prices = match counts_commands && by_device == Some(true) {
         true => at(&["dram", "energy"]),

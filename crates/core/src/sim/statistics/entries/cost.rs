@@ -2,7 +2,7 @@
 
 use super::{List, real, weighted};
 use crate::sim::FrameReport;
-use crate::sim::statistics::Weight;
+use crate::sim::statistics::{Key, Weight};
 use powergs_energy::action::Stage;
 use powergs_energy::{Area, Component};
 
@@ -53,7 +53,7 @@ pub(super) fn power(list: &mut List) {
     weighted(
         list,
         Weight::Displayed,
-        "power_w.total",
+        Key::Power,
         "W",
         "Power at the display rate, standby during frames and between them included: energy over \
          the longer of the frame time and the display period 1 / `fps`. The power to compare \
@@ -62,14 +62,9 @@ pub(super) fn power(list: &mut List) {
     );
     for c in Component::ALL {
         let text = format!("Part of `power_w.total`: {}.", component_words(c));
-        weighted(
-            list,
-            Weight::Displayed,
-            format!("power_w.{}", c.name()),
-            "W",
-            text,
-            move |f, fps| Some(component_w(f, c, fps)),
-        );
+        weighted(list, Weight::Displayed, Key::PowerOf(c), "W", text, move |f, fps| {
+            Some(component_w(f, c, fps))
+        });
     }
     for s in Stage::ALL {
         let text = format!("Part of `power_w.total`: {}.", stage_words(s));
@@ -102,7 +97,7 @@ pub(super) fn power(list: &mut List) {
     weighted(
         list,
         Weight::Displayed,
-        "display_power_w",
+        Key::DisplayPower,
         "W",
         "Power of the display while it shows the frame's image; absent where the trace does not \
          carry the image's mean colour.",
@@ -111,7 +106,7 @@ pub(super) fn power(list: &mut List) {
     weighted(
         list,
         Weight::Displayed,
-        "rendering_plus_display_w",
+        Key::PowerWithDisplay,
         "W",
         "`power_w.total` + `display_power_w`.",
         |f, fps| Some(f.power_display_rate_w(fps) + f.display_w?),
@@ -121,7 +116,7 @@ pub(super) fn power(list: &mut List) {
 pub(super) fn area(list: &mut List) {
     real(
         list,
-        "area_mm2.total",
+        Key::Area,
         "mm2",
         "Area of the die at the node of the energy table, PHY and controllers of the memory \
          included; absent where the table has none. DRAM is another chip.",
@@ -129,7 +124,7 @@ pub(super) fn area(list: &mut List) {
     );
     real(
         list,
-        "area_mm2.core",
+        Key::AreaCore,
         "mm2",
         "Area of the die without `area_mm2.phy` and `area_mm2.controllers`: what papers on these \
          accelerators print.",
@@ -153,28 +148,23 @@ pub(super) fn area(list: &mut List) {
 pub(super) fn energy(list: &mut List) {
     real(
         list,
-        "energy_pj.total",
+        Key::Energy,
         "pJ",
         "Energy of the frame; standby parts are for the frame's own time.",
         |f, _| Some(f.energy.total().0),
     );
     for c in Component::ALL {
         let text = format!("Part of `energy_pj.total`: {}.", component_words(c));
-        real(list, format!("energy_pj.{}", c.name()), "pJ", text, move |f, _| {
-            Some(f.energy.component(c).0)
-        });
+        real(list, Key::EnergyOf(c), "pJ", text, move |f, _| Some(f.energy.component(c).0));
     }
     for s in Stage::ALL {
         let text = format!("Part of `energy_pj.total`: {}.", stage_words(s));
-        real(list, format!("energy_pj.{}", s.name()), "pJ", text, move |f, _| {
-            Some(f.energy.stage(s).0)
-        });
+        real(list, Key::EnergyIn(s), "pJ", text, move |f, _| Some(f.energy.stage(s).0));
     }
     for s in Stage::WORK {
-        for c in [Component::Dram, Component::Sram, Component::Flop] {
-            let name = format!("energy_by_stage_pj.{}.{}", s.name(), c.name());
+        for c in Key::COMPONENTS {
             let text = format!("Energy of {} in {}.", component_words(c), stage_words(s));
-            real(list, name, "pJ", text, move |f, _| Some(f.energy.part(s, c).0));
+            real(list, Key::EnergyPart(s, c), "pJ", text, move |f, _| Some(f.energy.part(s, c).0));
         }
     }
 }

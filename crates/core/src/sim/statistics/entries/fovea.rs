@@ -1,6 +1,7 @@
 //! Foveated frames: the gaze, the cost of blending levels, and each region's share.
 
 use super::{List, count, real};
+use crate::sim::statistics::Key;
 use crate::sim::{FoveaSummary, FrameReport, RegionReport};
 use powergs_frame::fovea::REGIONS;
 
@@ -33,14 +34,14 @@ fn levels(f: &FoveaSummary, k: usize) -> u64 {
     f.counters.points_by_levels[k]
 }
 
-/// A measure of a region: name, unit, definition, field.
-type Measure = (&'static str, &'static str, &'static str, fn(&RegionReport) -> u64);
+/// A measure of a region: key, unit, definition, field.
+type Measure = (fn(usize) -> Key, &'static str, &'static str, fn(&RegionReport) -> u64);
 
 const MEASURES: [Measure; 3] = [
-    ("tiles", "1", "Tiles of region", |r| r.tiles),
-    ("entries", "1", "List entries that are loaded for tiles of region", |r| r.entries),
+    (Key::RegionTiles, "1", "Tiles of region", |r| r.tiles),
+    (Key::RegionEntries, "1", "List entries that are loaded for tiles of region", |r| r.entries),
     (
-        "cycles",
+        Key::RegionCycles,
         "cycles",
         "Cycles for which the rendering units of a core work, without draining, on region",
         |r| r.cycles,
@@ -58,17 +59,16 @@ pub(super) fn fovea(list: &mut List) {
         count(list, format!("fovea.{name}"), "1", text, read);
     }
     for (k, region) in REGIONS.into_iter().enumerate() {
-        let key = region.to_lowercase();
-        for (name, unit, text, field) in MEASURES {
+        for (of, unit, text, field) in MEASURES {
             let text = format!("{text} {region} of a foveated frame.");
             let read = move |f: &FrameReport| f.regions().map(|all| field(&all[k]));
-            count(list, format!("regions.{key}.{name}"), unit, text, read);
+            count(list, of(k), unit, text, read);
         }
         let text = format!(
             "Energy of sorting and rendering the tiles of region {region} of a foveated frame; \
              preprocessing and what is paid for time belong to no region."
         );
         let read = move |f: &FrameReport, _| f.regions().map(|all| all[k].energy_pj);
-        real(list, format!("regions.{key}.energy_pj"), "pJ", text, read);
+        real(list, Key::RegionEnergy(k), "pJ", text, read);
     }
 }

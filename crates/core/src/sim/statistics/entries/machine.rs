@@ -3,6 +3,7 @@
 use super::{List, count, real};
 use crate::accel::{Histogram, Stall, UnitCycles};
 use crate::sim::FrameReport;
+use crate::sim::statistics::Key;
 use powergs_energy::action::{Action, UnitKind};
 
 /// What definitions call a kind of unit.
@@ -24,14 +25,14 @@ pub(super) fn units(list: &mut List) {
         let words = unit_words(kind);
         let path = |end: &str| format!("units.{}.{end}", kind.name());
         let text = format!("Number of {words} in the machine.");
-        count(list, path("instances"), "1", text, move |f| {
+        count(list, Key::Instances(kind), "1", text, move |f| {
             Some(u64::from(unit(f, kind)?.instances))
         });
         let text = format!(
             "Cycles with work, summed over the {words}. Busy + stalls + idle = instances x \
              `frame_cycles`."
         );
-        count(list, path("busy_cycles"), "cycles", text, move |f| Some(unit(f, kind)?.busy));
+        count(list, Key::Busy(kind), "cycles", text, move |f| Some(unit(f, kind)?.busy));
         for stall in Stall::ALL {
             let cause = match stall {
                 Stall::Records => "records of Gaussians were in DRAM or on their way",
@@ -43,11 +44,12 @@ pub(super) fn units(list: &mut List) {
                 Stall::Bank => "banks of their buffers were taken by other accesses",
             };
             let text = format!("Cycles in which {words} had to wait because {cause}.");
-            let path = path(&format!("stall_{}_cycles", stall.name()));
-            count(list, path, "cycles", text, move |f| Some(unit(f, kind)?.stalls[stall as usize]));
+            count(list, Key::Stalled(kind, stall), "cycles", text, move |f| {
+                Some(unit(f, kind)?.stalls[stall as usize])
+            });
         }
         let text = format!("Cycles without work: before the phase of the {words} or after it.");
-        count(list, path("idle_cycles"), "cycles", text, move |f| Some(unit(f, kind)?.idle));
+        count(list, Key::Idle(kind), "cycles", text, move |f| Some(unit(f, kind)?.idle));
         let text = format!("Share of the frame in which the {words} worked, 0 to 1.");
         real(list, path("busy_frac"), "1", text, move |f, _| {
             let u = unit(f, kind)?;
@@ -64,7 +66,7 @@ pub(super) fn units(list: &mut List) {
     }
     real(
         list,
-        "units.vru.lane_utilisation",
+        Key::LaneUtilisation,
         "1",
         "Lanes that do something useful while their core works: `counters.live_evaluations` over \
          `units.vru.busy_cycles`, one lane a rendering unit. What is missing to 1: pixels that \
@@ -106,7 +108,7 @@ pub(super) fn colour(list: &mut List) {
     );
     count(
         list,
-        "colour.wait_cycles",
+        Key::ColourWaits,
         "cycles",
         "Cycles in which volume rendering units (VRU) had a chunk that was sorted and loaded and \
          waited for its colours: a part of `units.vru.stall_input_cycles`.",

@@ -2,6 +2,7 @@
 
 use super::{List, count, real};
 use crate::accel::{BufferUse, DramUse, FrameTiming};
+use crate::sim::statistics::Key;
 use crate::sim::{CycleReport, FrameReport};
 use powergs_dram::{DramCommands, StageCommands};
 use powergs_energy::action::{Buffer, Stage};
@@ -23,21 +24,21 @@ pub(super) fn dram(list: &mut List) {
     });
     real(
         list,
-        "dram.busy_frac",
+        Key::DramBusy,
         "1",
         "Share of the frame in which the data bus moved data, 0 to 1.",
         |f, _| f.timing().map(FrameTiming::dram_busy_frac),
     );
     real(
         list,
-        "dram.bandwidth_gb_s",
+        Key::DramRate,
         "GB/s",
         "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
         |f, _| f.cycle().map(CycleReport::dram_bandwidth_gb_s),
     );
     count(
         list,
-        "dram.unwritten_bytes",
+        Key::UnwrittenBytes,
         "B",
         "Bytes that rendering read and that nobody wrote: features, on a machine whose \
          `record.feature-source` is `nobody` because a published count has no writes for them.",
@@ -53,7 +54,7 @@ pub(super) fn dram(list: &mut List) {
     );
     real(
         list,
-        "dram.second_master_gb_s",
+        Key::SecondMasterRate,
         "GB/s",
         "The same over the frame time, in 10⁹ bytes per second: below `dram.second-master.rate` \
          where the memory is too slow for both.",
@@ -88,7 +89,7 @@ fn moved(list: &mut List) {
     );
     real(
         list,
-        "dram.moved_per_requested",
+        Key::MovedPerRequested,
         "1",
         "`dram.moved_bytes` over `dram.requested_bytes`: above 1 where records do not fill their \
          bursts.",
@@ -96,18 +97,18 @@ fn moved(list: &mut List) {
     );
 }
 
-/// A command count of one stage: name, definition, field.
-type Column = (&'static str, &'static str, fn(&StageCommands) -> u64);
+/// A command count: name of that of all stages, key of that of one, definition, field.
+type Column = (&'static str, fn(Stage) -> Key, &'static str, fn(&StageCommands) -> u64);
 
 const COLUMNS: [Column; 3] = [
-    ("reads", "Bursts read", |s| s.reads),
-    ("writes", "Bursts written", |s| s.writes),
-    ("activates", "Rows opened", |s| s.activates),
+    ("dram.reads", Key::BurstsRead, "Bursts read", |s| s.reads),
+    ("dram.writes", Key::BurstsWritten, "Bursts written", |s| s.writes),
+    ("dram.activates", Key::RowsOpened, "Rows opened", |s| s.activates),
 ];
 
 fn device(list: &mut List) {
-    for (name, text, field) in COLUMNS {
-        count(list, format!("dram.{name}"), "1", format!("{text}, all stages."), move |f| {
+    for (name, _, text, field) in COLUMNS {
+        count(list, name, "1", format!("{text}, all stages."), move |f| {
             Some(commands(f)?.stages.iter().map(field).sum())
         });
     }
@@ -117,18 +118,17 @@ fn device(list: &mut List) {
     let text = "Refreshes, of one channel and all its banks each.";
     count(list, "dram.refreshes", "1", text, |f| Some(commands(f)?.refreshes));
     let text = "Share of the bursts that found their row open: 1 - `dram.activates` over bursts.";
-    real(list, "dram.row_hit_frac", "1", text, |f, _| commands(f)?.total().row_hit_frac());
+    real(list, Key::RowHits, "1", text, |f, _| commands(f)?.total().row_hit_frac());
     for (i, stage) in Stage::WORK.into_iter().enumerate() {
-        let path = |end: &str| format!("dram.stages.{}.{end}", stage.name());
-        for (name, text, field) in COLUMNS {
+        for (_, of, text, field) in COLUMNS {
             let text = format!("{text} for {}.", super::cost::stage_words(stage));
-            count(list, path(name), "1", text, move |f| Some(field(&commands(f)?.stages[i])));
+            count(list, of(stage), "1", text, move |f| Some(field(&commands(f)?.stages[i])));
         }
         let text = format!(
             "Share of the bursts for {} that found their row open.",
             super::cost::stage_words(stage)
         );
-        real(list, path("row_hit_frac"), "1", text, move |f, _| {
+        real(list, format!("dram.stages.{}.row_hit_frac", stage.name()), "1", text, move |f, _| {
             commands(f)?.stages[i].row_hit_frac()
         });
     }
@@ -138,26 +138,25 @@ fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
     frame.timing()?.buffer(which)
 }
 
-/// A count of one buffer: end of the name, definition, field.
-type Field = (&'static str, &'static str, fn(&BufferUse) -> u64);
+/// A count of one buffer: key, definition, field.
+type Field = (fn(Buffer) -> Key, &'static str, fn(&BufferUse) -> u64);
 
 const FIELDS: [Field; 5] = [
-    ("capacity_bytes", "Size of the {} buffer, all shares together", |b| b.capacity),
-    ("peak_bytes", "The most that the {} buffer held", |b| b.peak),
-    ("filled_bytes", "Bytes that entered the {} buffer", |b| b.filled),
-    ("consumed_bytes", "Bytes that left the {} buffer because they had been used", |b| b.consumed),
-    ("discarded_bytes", "Bytes that left the {} buffer unused", |b| b.discarded),
+    (Key::Capacity, "Size of the {} buffer, all shares together", |b| b.capacity),
+    (Key::Peak, "The most that the {} buffer held", |b| b.peak),
+    (Key::Filled, "Bytes that entered the {} buffer", |b| b.filled),
+    (Key::Consumed, "Bytes that left the {} buffer because they had been used", |b| b.consumed),
+    (Key::Discarded, "Bytes that left the {} buffer unused", |b| b.discarded),
 ];
 
 pub(super) fn buffers(list: &mut List) {
     for which in Buffer::FILLED {
-        let path = |end: &str| format!("buffers.{}.{end}", which.name());
-        for (end, text, field) in FIELDS {
+        for (of, text, field) in FIELDS {
             let text = format!("{}.", text.replace("{}", which.name()));
-            count(list, path(end), "B", text, move |f| Some(field(buffer(f, which)?)));
+            count(list, of(which), "B", text, move |f| Some(field(buffer(f, which)?)));
         }
         let text = format!("What the {} buffer held on average over the frame.", which.name());
-        real(list, path("mean_bytes"), "B", text, move |f, _| {
+        real(list, Key::Held(which), "B", text, move |f, _| {
             let cycles = f.timing()?.frame as f64;
             Some(buffer(f, which)?.byte_cycles as f64 / cycles)
         });
