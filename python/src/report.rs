@@ -128,26 +128,19 @@ impl Report {
         frames.map(|f| (Some(f.frame as u64), Some(f.name.clone()), values(f, fps))).collect()
     }
 
-    fn page(&self) -> Option<report::document::Document> {
-        match &self.state {
-            State::Live(live) => Some(report::page::document(&live.1, &[], &[])),
-            State::Kept(_) => None,
-        }
-    }
-
     fn text(&self) -> String {
         match &self.state {
-            State::Live(_) => self.page().map(|page| page.terminal(100)).unwrap_or_default(),
+            State::Live(live) => report::page::document(&live.1, &[], &[]).terminal(100),
             State::Kept(kept) => kept.text.clone(),
         }
     }
 
     fn html(&self) -> PyResult<String> {
         match &self.state {
-            State::Kept(kept) => Ok(kept.html.clone()),
-            State::Live(_) => {
-                self.page().map_or(Ok(String::new()), |page| page.fragment().map_err(defect))
+            State::Live(live) => {
+                report::page::document(&live.1, &[], &[]).fragment().map_err(defect)
             }
+            State::Kept(kept) => Ok(kept.html.clone()),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What runs say: conclusions as values, without a word of a page or a pixel of a chart.
 //!
-//! They are drawn from the [`Record`] of a run: what the catalogue of statistics says of its frames.
+//! They are drawn from the [`Record`] of a run: every statistic of the catalogue over its frames.
 
 pub mod bottleneck;
 pub mod breakdown;

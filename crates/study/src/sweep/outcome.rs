@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use powergs_core::sim::statistics::{Statistic, catalogue};
+use powergs_core::sim::statistics::{Statistic, Value, catalogue, find};
 use powergs_core::sim::{FrameReport, Periods};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
@@ -106,9 +106,8 @@ impl Accumulator {
     /// Adds a view, of which a frame has `eyes`; its power at `display_fps` frames a second.
     pub fn add(&mut self, view: FrameReport, eyes: usize, display_fps: f64) {
         let Some(frame) = self.periods.add(view, eyes) else { return };
-        let time_ms = frame.frame_time_s().map_or(f64::NAN, |s| s * 1e3);
-        let energy_pj = frame.energy.total().0;
-        self.samples.push([time_ms, energy_pj, frame.power_display_rate_w(display_fps)]);
+        let sample = |name| find(name)?.of(&frame, display_fps).map(Value::as_f64);
+        self.samples.push(SAMPLED.map(|name| sample(name).unwrap_or(f64::NAN)));
         for ((sum, weights), statistic) in self.sums.iter_mut().zip(&mut self.weights).zip(means())
         {
             let weight = statistic.weight.of(&frame, display_fps);
