@@ -58,7 +58,7 @@ impl KeyStudy<'_> {
         watch: &dyn Watch,
     ) -> Result<Option<KeyResults>, RunError> {
         let (all, mut not_tried) = key::all(self.system);
-        let all = levels::selected(all, self.keys)?;
+        let all = levels::selected(all, self.keys, self.system.machine())?;
         if !self.keys.is_empty() {
             not_tried.clear();
         }

@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use powergs_base::config::knob;
 use powergs_base::config::suggest::nearest;
+use powergs_core::accel::Machine;
 use powergs_core::run::{RunError, System};
 use rayon::prelude::*;
 use toml::Value;
@@ -84,9 +85,16 @@ impl KeySelection {
 ///
 /// # Errors
 /// [`RunError::Request`]: a selection that matches no key.
-pub(super) fn selected(keys: Vec<Key>, selection: &[KeySelection]) -> Result<Vec<Key>, RunError> {
+pub(super) fn selected(
+    keys: Vec<Key>,
+    selection: &[KeySelection],
+    machine: &Machine,
+) -> Result<Vec<Key>, RunError> {
     for s in selection {
         if !keys.iter().any(|k| s.matches(k)) {
+            if let Some(part) = machine.lacks(&s.key) {
+                return Err(RunError::Request(format!("--keys: {}", part.absent(&s.key))));
+            }
             let near = nearest(&s.key, keys.iter().map(|k| k.path.as_str()));
             let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             let what = "is not a key that can be varied in the files of this machine";

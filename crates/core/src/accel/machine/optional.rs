@@ -111,6 +111,16 @@ impl Optional {
         self.keys.iter().any(|own| is_of(&own))
     }
 
+    /// What is to be said of one of its keys where it is not there, with the remedy.
+    pub fn absent(&self, key: &str) -> String {
+        let Optional { what, switch, with, .. } = self;
+        format!(
+            "`{key}` is of {what}, which this machine does not have: give `{switch}` (for example \
+             --set '{}')",
+            with.join("' --set '")
+        )
+    }
+
     /// Whether a machine has it.
     pub fn is_in(&self, machine: &Machine) -> bool {
         (self.is_there)(machine)
@@ -146,15 +156,7 @@ pub(super) fn strays(config: &Config<Machine>) -> Vec<Problem> {
         let part = config.value.lacks(key)?;
         let is_table = part.keys.contains(&key) && part.switch.starts_with(&format!("{key}."));
         let is_meant = matches!(place, Place::Set(_)) || !config.states(part.switch);
-        (is_meant && !is_table).then(|| {
-            let Optional { what, switch, with, .. } = part;
-            let message = format!(
-                "`{key}` is of {what}, which this machine does not have: give `{switch}` (for \
-                 example --set '{}')",
-                with.join("' --set '")
-            );
-            config.problem(key, message)
-        })
+        (is_meant && !is_table).then(|| config.problem(key, part.absent(key)))
     };
     config.stated().filter_map(stray).collect()
 }

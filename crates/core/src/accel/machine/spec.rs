@@ -339,7 +339,7 @@ pub struct VruSpec {
     /// `subtile-parallel`, where they do not.
     pub switch: Switch,
     /// Entries that wait for the units of a sub-tile, or behind the scan, with the one that is
-    /// worked on: with `subtile-parallel` and with `switch = "scan"` (A84).
+    /// worked on: with `subtile-parallel` and with `switch = "scan"`.
     #[serde(default = "queued_entries")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
     pub subtile_queue: u32,
@@ -354,16 +354,18 @@ pub struct VruSpec {
     #[serde(default)]
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations per cycle"))]
     pub colour_operations_per_cycle: u32,
-    /// Pipeline latency of the colour unit, cycles (A103).
+    /// Pipeline latency of the colour unit, cycles.
     #[serde(default = "colour_cycles")]
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub colour_latency: u32,
 }
 
+/// A84: an entry in work and one that waits.
 fn queued_entries() -> u32 {
     2
 }
 
+/// A103.
 fn colour_cycles() -> u32 {
     16
 }
