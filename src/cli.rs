@@ -39,6 +39,7 @@ pub mod run_folder;
 mod scene;
 pub mod scene_file;
 mod sensitivity;
+mod setting_args;
 mod shard_arg;
 mod sight;
 mod slurm;

@@ -7,6 +7,7 @@ from typing import Any, Literal, Protocol, TypeAlias, TypedDict, final, overload
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import Unpack
 
 __version__: str
 __model_version__: int
@@ -33,6 +34,27 @@ class _Quality(TypedDict):
     flip: float
     l1: float
     mse: float
+
+class _FitSettings(TypedDict, total=False):
+    iterations: int | None
+    interval: int
+    seed: int
+    checkpoint_every: int
+
+class _Settings(_FitSettings, total=False):
+    first_effort: float
+    held_out_iterations: int
+    final_iterations: int | None
+    level_effort: float
+    adjust_share: float
+    display_weight: float
+    level_display_weight: float
+    dimming: Literal["gains", "damped", "published"]
+    epsilon_db: float
+    opacity_cap: float
+    rate_scale: float
+    rate_end: float
+    gate: Literal["validation", "test"]
 
 class _DisplayPower(TypedDict):
     power_w: float
@@ -424,14 +446,12 @@ def optimize(
     size: _Size | None = None,
     power_size: _Size | None = None,
     rhos: Sequence[float] | None = None,
-    iterations: int | None = None,
-    final_iterations: int | None = None,
     baselines: bool = False,
-    seed: int = 1,
     store: _Path | None = None,
     memory: _Memory | None = None,
     callback: Callable[[dict[str, Any]], object] | None = None,
     progress: Progress = None,
+    **settings: Unpack[_Settings],
 ) -> Optimized: ...
 def codesign(
     scene: Scene,
@@ -439,14 +459,13 @@ def codesign(
     space: _Path | Mapping[str, Any],
     *,
     quality: Literal["H", "M", "L"] | float | None = None,
-    iterations: int | None = None,
     rounds: int = 5,
     halving: bool = False,
     size: _Size | None = None,
-    seed: int = 1,
     store: _Path | None = None,
     memory: _Memory | None = None,
     progress: Progress = None,
+    **settings: Unpack[_FitSettings],
 ) -> Codesigned: ...
 def _sweep_file(
     file: _Path,

@@ -11,7 +11,7 @@ use crate::cameras::{Cameras, resized};
 use crate::chart::Chart;
 use crate::error::{Class, Fault};
 use crate::machine::{Machine, parts, path_text, unpickled};
-use crate::optimize::goal;
+use crate::optimize::{goal, settings as settings_of};
 use crate::scene::Scene;
 use crate::table::{Column, Table};
 use crate::trace::budget;
@@ -23,7 +23,7 @@ use powergs_codesign::compare::{Comparison, Found, Way};
 use powergs_codesign::machines::Machines;
 use powergs_codesign::model::ModelPoint;
 use powergs_codesign::pricing::{Fate, MachinePoint, Price};
-use powergs_codesign::run::ROUNDS;
+use powergs_codesign::run::{FIT_SETTINGS, ROUNDS};
 use powergs_codesign::space::SpaceFile;
 use powergs_codesign::watch::CodesignWatch;
 use powergs_codesign::{Codesign, CodesignError, Finished};
@@ -317,16 +317,12 @@ impl Codesigned {
 ///     machine, the budget.
 /// quality : str or float, optional
 ///     ``"H"``, ``"M"`` or ``"L"``, or decibels; that of the space's budget, else ``"M"``.
-/// iterations : int, optional
-///     Of a fine-tune, at most.
 /// rounds : int
 ///     Rounds at most in which the machine that was found gives another ratio to try.
 /// halving : bool
 ///     Fine-tune all models for a part of the iterations first, and only the better ones in full.
 /// size : (int, int), optional
 ///     Width and height of the views, pixels, in place of their own.
-/// seed : int
-///     Of the order of views.
 /// store : path, optional
 ///     Folder in which models and pairs are kept: a run that was interrupted goes on there, and
 ///     another space makes only what is new.
@@ -334,11 +330,14 @@ impl Codesigned {
 ///     What binned frames may take.
 /// progress : bool, function or bar, optional
 ///     As for ``Trace.replay``; counts iterations, then machines times frames.
+/// **settings : int, optional
+///     ``iterations`` of a fine-tune at most, ``interval`` between checks of the quality, the
+///     ``seed`` of the order of views, ``checkpoint_every`` so many iterations.
 ///
 /// Raises ``GoalMissed`` where no model reaches the quality or no pair keeps the budget.
 #[pyfunction]
-#[pyo3(signature = (scene, cameras, space, *, quality=None, iterations=None, rounds=5,
-                    halving=false, size=None, seed=1, store=None, memory=None, progress=None))]
+#[pyo3(signature = (scene, cameras, space, *, quality=None, rounds=5, halving=false, size=None,
+                    store=None, memory=None, progress=None, **settings))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn codesign(
     py: Python<'_>,
@@ -346,14 +345,13 @@ pub fn codesign(
     cameras: &Cameras,
     space: &Bound<'_, PyAny>,
     quality: Option<&Bound<'_, PyAny>>,
-    iterations: Option<u32>,
     rounds: u32,
     halving: bool,
     size: Option<(u32, u32)>,
-    seed: u64,
     store: Option<&Bound<'_, PyAny>>,
     memory: Option<&Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Codesigned> {
     const _: () = assert!(ROUNDS == 5, "the default above");
     let (text, origin) = self::space(space)?;
@@ -364,8 +362,8 @@ pub fn codesign(
     let display = display.ok_or_else(|| Fault::config("a machine without a display").raise())?;
     let own = file.budget.psnr.map(|psnr_db| Goal::Absolute { psnr_db, ssim: 0.0 });
     let goal = goal(quality)?.or(own).unwrap_or_else(|| Goal::Levels(vec![Level::Medium]));
-    let iterations = iterations.unwrap_or(Settings::DEFAULT.iterations);
-    let settings = Settings { iterations, final_iterations: iterations, seed, ..Settings::DEFAULT };
+    let settings = settings_of("codesign", settings, |s| FIT_SETTINGS.contains(&s.key))?;
+    let settings = Settings { final_iterations: settings.iterations, ..settings };
     let oracle = CycleOracle { system: machines.base.clone(), fps: machines.fps(), memory };
     let (dense, views) = ((*scene.gaussians()?).clone(), resized(cameras.views().to_vec(), size)?);
     let request = Request {

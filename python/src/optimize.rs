@@ -19,6 +19,7 @@ use crate::trace::budget;
 use crate::value::display_rate;
 use crate::watch::{self, Counts, Shared};
 use powergs_base::budget::Budget;
+use powergs_base::config::suggest::nearest;
 use powergs_chart::Chart as Drawing;
 use powergs_core::run::files::{DiskFiles, FileKind, Files};
 use powergs_core::run::{RunError, Watch};
@@ -34,7 +35,7 @@ use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Goal, Goals, LEAST_GATE, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::Settings;
+use powergs_optimize::settings::{SETTINGS, Setting, Settings, Value};
 use powergs_optimize::target::Level;
 use powergs_optimize::tune::Iteration;
 use powergs_optimize::views::{PowerCameras, PowerViews};
@@ -148,6 +149,42 @@ pub fn goal(quality: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Goal>> {
         true => Goal::Share(number),
         false => Goal::Absolute { psnr_db: number, ssim: 0.0 },
     }))
+}
+
+/// The settings of the optimiser that a function was given by keyword, of those that it has.
+pub fn settings(
+    function: &str,
+    given: Option<&Bound<'_, PyDict>>,
+    has: impl Fn(&Setting) -> bool,
+) -> PyResult<Settings> {
+    let known = || SETTINGS.iter().filter(|setting| has(setting));
+    let mut found: Vec<(&Setting, Value)> = Vec::new();
+    for (key, value) in given.into_iter().flatten() {
+        let key: String = key.extract()?;
+        let Some(setting) = known().find(|setting| setting.key == key) else {
+            let near = nearest(&key, known().map(|setting| setting.key));
+            let near = near.map_or_else(String::new, |near| format!("; did you mean '{near}'?"));
+            let what = format!("{function}() got an unexpected keyword argument '{key}'{near}");
+            return Err(PyTypeError::new_err(what));
+        };
+        if !value.is_none() {
+            found.push((setting, said(setting, &value)?));
+        }
+    }
+    Settings::with(&found).map_err(|invalid| refused(&invalid).raise())
+}
+
+/// What a keyword says of a setting.
+fn said(setting: &Setting, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(n) = value.extract() {
+        return Ok(Value::Count(n));
+    }
+    if let Ok(x) = value.extract() {
+        return Ok(Value::Real(x));
+    }
+    let name: Result<&str, _> = value.extract();
+    let named = name.map_or_else(|_| Err(setting.other_kind()), |name| setting.named(name));
+    named.map_err(|invalid| refused(&invalid).raise())
 }
 
 /// What an optimisation found.
@@ -458,12 +495,8 @@ fn photographed(
 ///     most 16 views, evenly spaced.
 /// rhos : list of float, optional
 ///     Shares to prune that are tried, ascending.
-/// iterations, final_iterations : int, optional
-///     Iterations of a sample, and of the final model (twice as many).
 /// baselines : bool
 ///     Whether the comparisons of the publication are trained as well.
-/// seed : int
-///     Of the order of views.
 /// store : path, optional
 ///     Folder of checkpoints: a run that was interrupted goes on there, bit for bit.
 /// memory : int or str, optional
@@ -473,11 +506,18 @@ fn photographed(
 ///     that is made (``"model"``), in their order. An exception of it ends the run.
 /// progress : bool, function or bar, optional
 ///     As for ``Trace.replay``; counts iterations.
+/// **settings : int, float or str, optional
+///     ``iterations`` of a sample, ``final_iterations`` (twice as many), the ``seed`` of the order
+///     of views; ``first_effort``, ``held_out_iterations``, ``level_effort``, ``interval``,
+///     ``adjust_share``, ``display_weight`` (the flag ``--lambda``), ``level_display_weight``
+///     (``--level-lambda``), ``dimming``, ``epsilon_db``, ``opacity_cap``, ``rate_scale``,
+///     ``rate_end``, ``checkpoint_every``, ``gate``. ``powergs-sim optimize --help`` says what they
+///     are.
 #[pyfunction]
 #[pyo3(signature = (scene, cameras, *, photos=None, quality=None, machine=None, display=None,
                     display_ratio=None, fps=60.0, size=None, power_size=None, rhos=None,
-                    iterations=None, final_iterations=None, baselines=false, seed=1, store=None,
-                    memory=None, callback=None, progress=None))]
+                    baselines=false, store=None, memory=None, callback=None, progress=None,
+                    **settings))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn optimize(
     py: Python<'_>,
@@ -492,18 +532,17 @@ pub fn optimize(
     size: Option<(u32, u32)>,
     power_size: Option<(u32, u32)>,
     rhos: Option<Vec<f64>>,
-    iterations: Option<u32>,
-    final_iterations: Option<u32>,
     baselines: bool,
-    seed: u64,
     store: Option<&Bound<'_, PyAny>>,
     memory: Option<&Bound<'_, PyAny>>,
     callback: Option<&Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
+    settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Optimized> {
     if callback.is_some_and(|function| !function.is_callable()) {
         return Err(PyTypeError::new_err("callback: a function of one dictionary"));
     }
+    let settings = self::settings("optimize", settings, |_| true)?;
     let fps = display_rate(fps)?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
     let oracle: Box<dyn PowerOracle> = match machine {
@@ -544,13 +583,6 @@ pub fn optimize(
     let schedule = match rhos {
         Some(rhos) => Schedule::listed(&rhos).map_err(|e| refused(&e))?,
         None => Schedule::FIVE,
-    };
-    let iterations = iterations.unwrap_or(Settings::DEFAULT.iterations);
-    let settings = Settings {
-        iterations,
-        final_iterations: final_iterations.unwrap_or(iterations.saturating_mul(2)),
-        seed,
-        ..Settings::DEFAULT
     };
     let goals = Goals {
         goal: goal(quality)?,

@@ -88,6 +88,13 @@ def test_a_callback_that_raises_ends_the_run_and_a_store_goes_on(
         powergs.optimize(scene, views, **{**SMALL, "quality": 20.0}, store=tmp_path / "run")
 
 
+def test_settings_by_keyword(found, scene, views) -> None:
+    usual = powergs.optimize(scene, views, **SMALL, rate_end=0.1, gate="validation", seed=1)
+    assert usual.to_dict() == found.to_dict()
+    other = powergs.optimize(scene, views, **SMALL, rate_end=1, dimming="damped")
+    assert other.history["loss"] != found.history["loss"]
+
+
 def test_a_goal_that_is_missed(scene, views) -> None:
     few = {**SMALL, "quality": 110.0, "rhos": [0.5], "iterations": 2, "final_iterations": 2}
     found = powergs.optimize(scene, views, **few)
@@ -121,6 +128,11 @@ def test_arguments_that_are_wrong(scene, views) -> None:
         {"rhos": [float("nan")]},
         {"rhos": [1.0]},
         {"iterations": 0},
+        {"iterations": -1},
+        {"iterations": 2.5},
+        {"iterations": "many"},
+        {"rate_end": 2},
+        {"gate": "tset"},
         {"fps": 0.0},
         {"display": "nosuch"},
         {"machine": "nosuch"},
@@ -132,6 +144,8 @@ def test_arguments_that_are_wrong(scene, views) -> None:
             powergs.optimize(scene, views, **{**SMALL, **wrong})
     with pytest.raises(TypeError):
         powergs.optimize(scene, views, callback=3)
+    with pytest.raises(TypeError, match="'rate_ends'; did you mean 'rate_end'"):
+        powergs.optimize(scene, views, rate_ends=1)
     with pytest.raises(powergs.InputError, match="photos"):
         powergs.optimize(scene, views, photos=[np.zeros((4, 4, 3))])
     with pytest.raises(powergs.InputError, match="aspect"):

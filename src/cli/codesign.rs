@@ -14,12 +14,12 @@ use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::power_views::PowerViewArgs;
+use super::setting_args::FitSettings;
 use super::shard_arg::ShardArg;
 use super::slurm::Asked;
 use super::{Context, Exit, Failure, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_codesign::{Codesign, CodesignError};
-use powergs_optimize::settings::Settings;
 use powergs_study::sweep::run::Shard;
 use slurm::CodesignParts;
 use watch::Watched;
@@ -169,17 +169,9 @@ pub struct SearchArgs {
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "N", default_value_t = powergs_codesign::run::ROUNDS)]
     pub rounds: u32,
-    /// Iterations between checks of the quality
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.interval)]
-    pub interval: u32,
-    /// Seed of the order of training views
-    #[arg(hide_short_help = true, long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
-    pub seed: u64,
-    /// Iterations between checkpoints
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.checkpoint_every)]
-    pub checkpoint_every: u32,
+    /// The numbers of a fine-tune.
+    #[command(flatten)]
+    pub settings: FitSettings,
 }
 
 /// Runs `codesign`.

@@ -18,12 +18,12 @@ use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::power_views::PowerViewArgs;
+use super::setting_args::SearchSettings;
 use super::{Context, Exit, Failure, gaze, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::request::LEAST_GATE;
-use powergs_optimize::settings::Settings;
 use powergs_optimize::target::Level;
 use powergs_optimize::views::PowerViews;
 use powergs_report::format::wrapped;
@@ -73,7 +73,7 @@ pub struct Args {
     /// that are given beside it: nothing is trained
     #[arg(long, value_name = "RUN", conflicts_with_all = [
         "model", "demo", "detail", "dry_run", "lpips_weights",
-        "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs",
+        "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs", "SettingArgs",
     ])]
     pub reprice: Option<PathBuf>,
     /// Also train: up to two samples around the new minimum, and the model of the new optimum
@@ -92,7 +92,7 @@ pub struct Args {
     /// of smaller photos]; photos are averaged down to it, and must have its aspect. With
     /// --reprice, as --power-size
     #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
-    #[arg(help_heading = "Views")]
+    #[arg(help_heading = "Views", display_order = BEHIND_SETTINGS + 1)]
     pub size: Option<(u32, u32)>,
     /// How good the result must be.
     #[command(flatten)]
@@ -105,7 +105,7 @@ pub struct Args {
     pub search: SearchArgs,
     /// Also LPIPS of every model, mean over the test views, with the weights in this safetensors
     /// file; docs/metrics.md says how to make it
-    #[arg(hide_short_help = true, long, value_name = "FILE")]
+    #[arg(hide_short_help = true, long, value_name = "FILE", display_order = BEHIND_SETTINGS)]
     pub lpips_weights: Option<PathBuf>,
     /// What is made for comparison.
     #[command(flatten)]
@@ -113,10 +113,16 @@ pub struct Args {
     /// What is made for the periphery of sight.
     #[command(flatten)]
     pub fovea: FoveaArgs,
+    /// The numbers of a run.
+    #[command(flatten)]
+    pub settings: SearchSettings,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
 }
+
+/// Where help lists what comes after the settings of its heading.
+const BEHIND_SETTINGS: usize = 1000;
 
 /// Models that stay in the run folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -156,16 +162,9 @@ pub struct FoveaArgs {
         allow_hyphen_values = true
     )]
     pub pooling_rate: Option<f64>,
-    /// Iterations of the fine-tunes of levels 2 to 4, relative to those of level 1
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.level_effort)]
-    pub level_effort: f64,
-    /// As --lambda, at the beginning of level 2 (with --dimming damped or published)
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.level_display_weight)]
-    pub level_lambda: f64,
     /// Operations of the D22 colour filter for a pixel outside of the fovea (A99)
     #[arg(hide_short_help = true, long, value_name = "N", default_value_t = 215.0)]
+    #[arg(display_order = BEHIND_SETTINGS)]
     pub filter_flops: f64,
 }
 
@@ -204,13 +203,10 @@ pub struct ViewArgs {
     /// views may fall far below the target
     #[arg(hide_short_help = true, long, requires = "images")]
     pub train_on_validation: bool,
-    /// Views that decide whether a model passes; `test` as the published code does
-    #[arg(hide_short_help = true, long, value_enum, default_value = "validation")]
-    pub gate: GateArg,
     /// Without photos: at least so many gate views; those that the file does not have are made
     /// between the others, because few views say little of all. 0 makes none
     #[arg(hide_short_help = true, long, value_name = "N", default_value_t = LEAST_GATE)]
-    #[arg(conflicts_with = "images")]
+    #[arg(conflicts_with = "images", display_order = BEHIND_SETTINGS)]
     pub least_gate: usize,
 }
 
@@ -220,15 +216,6 @@ pub enum ReferenceArg {
     /// The dense model's own renders
     #[value(name = "self")]
     Own,
-}
-
-/// Views that decide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum GateArg {
-    /// Views taken from the training views for this
-    Validation,
-    /// The test views: what is reported was also selected on
-    Test,
 }
 
 /// Views that power is a mean over.
@@ -255,10 +242,6 @@ pub struct QualityArgs {
     /// SSIM beside --quality-db [default: none]
     #[arg(hide_short_help = true, long, value_name = "SSIM", requires = "quality_db")]
     pub quality_ssim: Option<f64>,
-    /// The quality has settled when it is less than this above the target, decibels
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "DB", default_value_t = Settings::DEFAULT.epsilon_db)]
-    pub epsilon_db: f64,
 }
 
 /// How good the result must be.
@@ -332,67 +315,6 @@ pub struct SearchArgs {
     /// How samples are chosen
     #[arg(hide_short_help = true, long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
-    /// Iterations of a sample of a list; of the default five, half as many, and four times as many
-    /// for the rendering end
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.iterations)]
-    pub iterations: u32,
-    /// With photos and a share as the target: iterations of the model that it is a share of
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.held_out_iterations)]
-    pub held_out_iterations: u32,
-    /// Iterations of the first sample, relative to the others
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.first_effort)]
-    pub first_effort: f64,
-    /// Iterations of the final model [default: twice those of a sample]
-    #[arg(hide_short_help = true, long, value_name = "N")]
-    pub final_iterations: Option<u32>,
-    /// Iterations between checks of the quality
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.interval)]
-    pub interval: u32,
-    /// The share of a fine-tune in which lambda is adjusted; then it rests
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "SHARE", default_value_t = Settings::DEFAULT.adjust_share)]
-    pub adjust_share: f64,
-    /// First lambda times the display power of the dense model, at 3 dB to spare: what the display
-    /// term of the loss begins with
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.display_weight)]
-    pub lambda: f64,
-    /// How quality above the target is spent on the display
-    #[arg(hide_short_help = true, long, value_enum, default_value = "gains")]
-    pub dimming: DimmingArg,
-    /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "ALPHA", default_value_t = Settings::DEFAULT.opacity_cap)]
-    pub opacity_cap: f32,
-    /// Factor on all learning rates
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_scale)]
-    pub rate_scale: f64,
-    /// Learning rates at the end of a fine-tune, relative to its beginning; 1 as the published code
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_end)]
-    pub rate_end: f64,
-    /// Seed of the order of training views
-    #[arg(hide_short_help = true, long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
-    pub seed: u64,
-    /// Iterations between checkpoints
-    #[arg(hide_short_help = true)]
-    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.checkpoint_every)]
-    pub checkpoint_every: u32,
-}
-
-/// How quality above the target is spent on the display.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum DimmingArg {
-    /// Colour channels are scaled once a model is trained
-    Gains,
-    /// By a display term, lambda by the slack that there is, with an eye on the trend
-    Damped,
-    /// By a display term, lambda in full steps as the published code; begin with --lambda 0.01
-    Published,
 }
 
 /// How samples are chosen.

@@ -12,6 +12,7 @@ use powergs_sim::accel::Machine;
 use powergs_sim::cli::Cli;
 use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, find};
 use powergs_sim::dram::Device;
+use powergs_sim::optimize::settings::{SETTINGS, Setting};
 use powergs_testkit::docs::{self, Block, commands, words};
 
 const PROGRAM: &str = "powergs-sim";
@@ -148,6 +149,16 @@ fn examples_of_the_help_have_flags_keys_and_names_that_exist() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(seen > 60, "{seen}");
+}
+
+#[test]
+fn python_has_the_settings_of_the_optimiser() {
+    let read = |file: &str| fs::read_to_string(root().join("python").join(file)).unwrap();
+    let (stub, help) = (read("powergs/_powergs.pyi"), read("src/optimize.rs"));
+    for Setting { key, .. } in SETTINGS {
+        assert!(stub.contains(&format!("\n    {key}: ")), "_powergs.pyi: {key}");
+        assert!(help.contains(&format!("``{key}``")), "docstring of optimize: {key}");
+    }
 }
 
 #[test]

@@ -43,6 +43,8 @@ const FEW: usize = 4;
 pub const MACHINES_MAX: u64 = 1_000_000;
 /// Rounds by default.
 pub const ROUNDS: u32 = 5;
+/// The settings of the optimiser that a co-design can have otherwise than by default.
+pub const FIT_SETTINGS: [&str; 4] = ["iterations", "interval", "seed", "checkpoint_every"];
 
 /// The models that are fine-tuned in full, and those that are not with the iterations they had.
 type Finalists = (Vec<ModelPoint>, Vec<(ModelPoint, u32)>);

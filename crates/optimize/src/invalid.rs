@@ -16,6 +16,14 @@ pub enum Invalid {
         /// The most.
         high: f64,
     },
+    /// A value of another kind than its setting has.
+    #[error("{key}: {wanted}")]
+    Kind {
+        /// The key.
+        key: &'static str,
+        /// What it can be.
+        wanted: String,
+    },
     /// Ratios that cannot be sampled.
     #[error("rhos: at most {most} ratios, ascending, from 0 to below 1: 0,0.2,0.4")]
     Rhos {

@@ -13,7 +13,7 @@ use powergs_codesign::Codesign;
 use powergs_codesign::machines::Machines;
 use powergs_codesign::space::SpaceFile;
 use powergs_frame::display::Display;
-use powergs_optimize::campaign::Campaign;
+use powergs_optimize::campaign::{Campaign, CampaignError};
 use powergs_optimize::oracle::CycleOracle;
 use powergs_optimize::references::ReferenceImages;
 use powergs_optimize::request::{Goal, Goals, Request};
@@ -97,10 +97,7 @@ fn request(
     let settings = Settings {
         iterations,
         final_iterations: iterations,
-        interval: args.search.interval,
-        seed: args.search.seed,
-        checkpoint_every: args.search.checkpoint_every,
-        ..Settings::DEFAULT
+        ..args.search.settings.settings().map_err(CampaignError::from)?
     };
     let model = (args.model.as_deref(), false);
     let (power_cameras, full_size) = args.power.cameras(model, context, &cameras, whole)?;

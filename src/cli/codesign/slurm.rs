@@ -90,12 +90,7 @@ fn of_quality(quality: &QualityArgs) -> Vec<OsString> {
 
 /// Without the rounds: a part has none.
 fn of_search(search: &SearchArgs) -> Vec<OsString> {
-    let SearchArgs { iterations, rounds: _, halving: _, interval, seed, checkpoint_every } = search;
-    let words = [
-        iterations.map(|n| flag("iterations", n.to_string())),
-        Some(flag("interval", interval.to_string())),
-        Some(flag("seed", seed.to_string())),
-        Some(flag("checkpoint-every", checkpoint_every.to_string())),
-    ];
-    words.into_iter().flatten().collect()
+    let SearchArgs { iterations, rounds: _, halving: _, settings } = search;
+    let iterations = iterations.map(|n| flag("iterations", n.to_string()));
+    iterations.into_iter().chain(settings.words()).collect()
 }

@@ -6,10 +6,9 @@ use super::super::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_optimize::campaign::Campaign;
-use powergs_optimize::lambda::Rule;
 use powergs_optimize::request::Foveation;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::{Dimming, Gate};
+use powergs_optimize::settings::{self, Mark, SETTINGS};
 use powergs_optimize::target::TargetRule;
 
 /// The file.
@@ -89,10 +88,6 @@ fn power(campaign: &Campaign) -> Value {
 }
 
 fn target(campaign: &Campaign) -> Value {
-    let gate = match campaign.settings.gate {
-        Gate::Validation => "validation",
-        Gate::Test => "test",
-    };
     let mut rows = Table::new();
     let names: Vec<String> = campaign.plan.variants.iter().map(|v| v.name.clone()).collect();
     rows.insert("variants".into(), names.into());
@@ -105,25 +100,24 @@ fn target(campaign: &Campaign) -> Value {
             rows.insert("ssim".into(), quality.ssim.into());
         }
     }
-    rows.insert("gate".into(), gate.into());
-    rows.insert("epsilon-db".into(), campaign.settings.epsilon_db.into());
+    rows.extend(settings("Views", campaign));
+    rows.extend(settings("Quality", campaign));
     Value::Table(rows)
 }
 
 fn foveation(foveation: &Foveation, campaign: &Campaign) -> Value {
-    let (screen, settings) = (foveation.screen, &campaign.settings);
-    table([
-        ("screen-deg", screen.fov_deg.into()),
-        ("pooling-rate", screen.pooling_rate.into()),
-        ("levels", i64::from(campaign.plan.levels).into()),
-        ("level-effort", settings.level_effort.into()),
-        ("level-lambda", settings.level_display_weight.into()),
-        ("filter-flops", foveation.filter.flops.into()),
-    ])
+    let screen = foveation.screen;
+    let mut rows = Table::new();
+    rows.insert("screen-deg".into(), screen.fov_deg.into());
+    rows.insert("pooling-rate".into(), screen.pooling_rate.into());
+    rows.insert("levels".into(), i64::from(campaign.plan.levels).into());
+    rows.extend(settings("Foveation", campaign));
+    rows.insert("filter-flops".into(), foveation.filter.flops.into());
+    Value::Table(rows)
 }
 
 fn search(campaign: &Campaign) -> Value {
-    let (plan, settings) = (&campaign.plan, &campaign.settings);
+    let plan = &campaign.plan;
     let schedule: Value = match &plan.schedule {
         Schedule::Adaptive { count, first } => {
             let first = first.map_or_else(String::new, |first| format!(", {first}"));
@@ -132,27 +126,25 @@ fn search(campaign: &Campaign) -> Value {
         Schedule::Listed(rhos) => rhos.clone().into(),
         Schedule::Published { .. } => "published: 7 coarse and 5 fine samples".into(),
     };
-    let dimming = match settings.dimming {
-        Dimming::Gains => "gains",
-        Dimming::Term(Rule::Damped) => "damped",
-        Dimming::Term(Rule::Published) => "published",
-    };
     let baselines: Vec<String> = plan.baselines.iter().map(|b| b.name()).collect();
-    table([
-        ("schedule", schedule),
-        ("iterations", i64::from(settings.iterations).into()),
-        ("first-effort", settings.first_effort.into()),
-        ("held-out-iterations", i64::from(settings.held_out_iterations).into()),
-        ("final-iterations", i64::from(settings.final_iterations).into()),
-        ("interval", i64::from(settings.interval).into()),
-        ("adjust-share", settings.adjust_share.into()),
-        ("lambda", settings.display_weight.into()),
-        ("dimming", dimming.into()),
-        ("opacity-cap", f64::from(settings.opacity_cap).into()),
-        ("rate-scale", settings.rate_scale.into()),
-        ("rate-end", settings.rate_end.into()),
-        ("seed", (settings.seed as i64).into()),
-        ("baselines", baselines.into()),
-        ("lambda-sweep", plan.sweep_weights.clone().into()),
-    ])
+    let mut rows = Table::new();
+    rows.insert("schedule".into(), schedule);
+    rows.extend(settings("Search", campaign));
+    rows.insert("baselines".into(), baselines.into());
+    rows.insert("lambda-sweep".into(), plan.sweep_weights.clone().into());
+    Value::Table(rows)
+}
+
+/// The settings of a part that numbers depend on.
+fn settings(part: &str, campaign: &Campaign) -> impl Iterator<Item = (String, Value)> {
+    let own =
+        SETTINGS.iter().filter(move |setting| setting.part == part && !setting.is(Mark::Harmless));
+    own.map(|setting| {
+        let value = match setting.of(&campaign.settings) {
+            settings::Value::Count(n) => Value::Integer(n as i64),
+            settings::Value::Real(x) => Value::Float(x),
+            settings::Value::Name(name) => Value::String(name.to_owned()),
+        };
+        (setting.flag.to_owned(), value)
+    })
 }

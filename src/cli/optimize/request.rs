@@ -1,45 +1,17 @@
 //! From flags to what is asked of the library, and from its refusals back to flags.
 
 use super::super::{Exit, Failure};
-use super::{Args, DimmingArg, GateArg, Quality, ScheduleArg, StudyArg};
+use super::{Args, Quality, ScheduleArg, StudyArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
-use powergs_optimize::lambda::Rule;
 use powergs_optimize::request::{Foveation, FoveationError, Goal, Goals};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::{Dimming, Gate, Settings};
+use powergs_optimize::settings::{SETTINGS, Settings};
 
 /// The settings of `args`, checked.
 pub fn settings(args: &Args) -> Result<Settings, Failure> {
-    let s = &args.search;
-    let settings = Settings {
-        iterations: s.iterations,
-        first_effort: s.first_effort,
-        held_out_iterations: s.held_out_iterations,
-        final_iterations: s.final_iterations.unwrap_or(s.iterations.saturating_mul(2)),
-        interval: s.interval,
-        adjust_share: s.adjust_share,
-        display_weight: s.lambda,
-        level_effort: args.fovea.level_effort,
-        level_display_weight: args.fovea.level_lambda,
-        dimming: match s.dimming {
-            DimmingArg::Gains => Dimming::Gains,
-            DimmingArg::Damped => Dimming::Term(Rule::Damped),
-            DimmingArg::Published => Dimming::Term(Rule::Published),
-        },
-        epsilon_db: args.quality.epsilon_db,
-        opacity_cap: s.opacity_cap,
-        rate_scale: s.rate_scale,
-        rate_end: s.rate_end,
-        seed: s.seed,
-        checkpoint_every: s.checkpoint_every,
-        gate: match args.views.gate {
-            GateArg::Validation => Gate::Validation,
-            GateArg::Test => Gate::Test,
-        },
-    };
-    settings.check().map_err(refused)?;
+    let settings = args.settings.settings().map_err(refused)?;
     Foveation::check_filter(args.fovea.filter_flops).map_err(refused)?;
     Ok(settings)
 }
@@ -80,6 +52,7 @@ fn refused(invalid: Invalid) -> Failure {
         Invalid::Range { key, value, low, high } => {
             format!("{} {value}: must be {low} to {high}", flag(key))
         }
+        Invalid::Kind { key, wanted } => format!("{}: {wanted}", flag(key)),
         Invalid::Rhos { .. } | Invalid::Share(_) => format!("--{invalid}"),
         Invalid::ShareOfPerfect => {
             "--quality: against its own renders the dense model is perfect, so a share of its PSNR \
@@ -117,11 +90,9 @@ fn refused(invalid: Invalid) -> Failure {
 
 /// The flag of a key of the library.
 fn flag(key: &str) -> String {
-    match key {
-        "display_weight" => "--lambda".into(),
-        "level_display_weight" => "--level-lambda".into(),
-        _ => format!("--{}", key.replace('_', "-")),
-    }
+    let setting = SETTINGS.iter().find(|setting| setting.key == key);
+    let flag = setting.map_or_else(|| key.replace('_', "-"), |setting| setting.flag.to_owned());
+    format!("--{flag}")
 }
 
 impl From<FoveationError> for Failure {
