@@ -49,6 +49,7 @@ mod sweep;
 pub mod synth;
 pub mod timeline;
 mod trace;
+mod training_args;
 pub mod usage;
 mod validate;
 

@@ -17,8 +17,16 @@ use powergs_scene::camera::{CameraFile, Frame, Lens};
 use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera, Split};
 
+/// Which frames of a trace, or views of a camera file, there are.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct FrameArgs {
+    /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
+    #[arg(long, value_name = "A..B", value_parser = frame_range)]
+    pub frames: Option<FrameRange>,
+}
+
 /// Where views come from and what is done to them.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Cameras")]
 pub struct CameraArgs {
     /// Camera file: INRIA cameras.json, NeRF transforms.json, a camera path of nerfstudio, or a
@@ -49,9 +57,9 @@ pub struct CameraArgs {
     /// A smooth path of N frames through the views
     #[arg(long, value_name = "N")]
     pub path_frames: Option<usize>,
-    /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
-    #[arg(long, value_name = "A..B", value_parser = frame_range)]
-    pub frames: Option<FrameRange>,
+    /// Only some frames.
+    #[command(flatten)]
+    pub only: FrameArgs,
     /// Image size, pixels; another aspect keeps the vertical field of view
     #[arg(long, value_name = "WxH", value_parser = image_size)]
     pub size: Option<(u32, u32)>,
@@ -212,7 +220,7 @@ impl CameraArgs {
             split: self.split.map(SplitArg::split),
             every: self.every,
             path_frames: self.path_frames,
-            frames: self.frames.map(|range| (range.start, range.end)),
+            frames: self.only.frames.map(|range| (range.start, range.end)),
             size: self.image_size(),
             stereo: self.stereo,
             fov: self.fov.or(self.headset.map(|headset| headset.fov)),

@@ -10,13 +10,14 @@ mod watch;
 
 use std::path::PathBuf;
 
-use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::power_views::PowerViewArgs;
 use super::setting_args::FitSettings;
 use super::shard_arg::ShardArg;
 use super::slurm::Asked;
+use super::store_folder::RunArgs;
+use super::training_args::{DenseArgs, LikenessArgs, TrainingViewArgs};
 use super::{Context, Exit, Failure, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_codesign::{Codesign, CodesignError};
@@ -61,28 +62,21 @@ The result is runs/both/summary.md, with joint.ply and joint.toml:
 
 /// The arguments of `codesign`.
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("out", |out| out.help("Folder of the run [default: runs/NAME-codesign]")))]
 pub struct Args {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
-    pub model: Option<PathBuf>,
     /// A generated scene with a small space, in a few minutes
     #[arg(long, conflicts_with_all = ["model", "cameras", "orbit", "detail", "every"])]
     pub demo: bool,
-    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
-    #[arg(hide_short_help = true, long, value_name = "N")]
-    pub detail: Option<u32>,
-    /// The space: axes of the model, axes of the machine, the budget
+    /// The model.
+    #[command(flatten)]
+    pub dense: DenseArgs,
+    /// The space: axes of the model, axes of the machine, the budget. --resume takes another one
+    /// too, and makes what is new
     #[arg(long, value_name = "FILE")]
     pub space: Option<PathBuf>,
-    /// The run folder [default: runs/NAME-codesign]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Go on with the run in the folder; what its store has is not made again, also for another
-    /// space
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-    /// Throw away the run in the folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where the run is.
+    #[command(flatten)]
+    pub run: RunArgs,
     /// Make and price only part I of N of the models; with all parts there, the same command
     /// with --resume in its place compares them
     #[arg(long, value_name = "I/N", env = "POWERGS_SHARD")]
@@ -118,24 +112,12 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Views")]
 pub struct ViewArgs {
-    /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
-    #[arg(long, value_name = "PATH")]
-    pub cameras: Option<PathBuf>,
-    /// Instead of a file: N views on a circle around the scene
-    #[arg(long, value_name = "N", conflicts_with = "cameras")]
-    pub orbit: Option<usize>,
-    /// Only every K-th view, starting with the first
-    #[arg(hide_short_help = true, long, value_name = "K")]
-    pub every: Option<std::num::NonZeroUsize>,
+    /// The cameras.
+    #[command(flatten)]
+    pub seen: TrainingViewArgs,
     /// Image size, pixels [default: that of the cameras]
     #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
     pub size: Option<(u32, u32)>,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(hide_short_help = true, long, default_value = "black")]
-    pub background: Background,
-    /// Of the training views, every K-th decides [default: as many as there are test views]
-    #[arg(hide_short_help = true, long, value_name = "K")]
-    pub validation: Option<std::num::NonZeroUsize>,
 }
 
 /// How good models must be.
@@ -146,12 +128,9 @@ pub struct QualityArgs {
     /// [default: `budget.psnr` of the space, or M]
     #[arg(long, value_enum, ignore_case = true, value_name = "H|M|L", group = "goal")]
     pub quality: Option<LevelArg>,
-    /// PSNR, decibels
-    #[arg(long, value_name = "DB", group = "goal")]
-    pub quality_db: Option<f64>,
-    /// SSIM beside --quality-db [default: none]
-    #[arg(hide_short_help = true, long, value_name = "SSIM", requires = "quality_db")]
-    pub quality_ssim: Option<f64>,
+    /// The same in numbers.
+    #[command(flatten)]
+    pub likeness: LikenessArgs,
 }
 
 /// How models are fine-tuned.
@@ -198,11 +177,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let asked = Asked { settings: file, print: args.print };
         return super::slurm::run(asked, CodesignParts { args, run }, folder.path(), context);
     }
-    match (args.shard, args.resume, args.force) {
-        (Some(ShardArg(part)), ..) => run.part(part),
-        (None, true, _) => run.whole(Existing::Resume),
-        (None, false, true) => run.whole(Existing::Replace),
-        (None, false, false) => run.whole(Existing::Refuse),
+    match args.shard {
+        Some(ShardArg(part)) => run.part(part),
+        None => run.whole(args.run.existing()),
     }
 }
 

@@ -4,14 +4,14 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::camera_file::{FrameRange, frame_range};
 use serde_json::json;
 
 use super::chart_args::ChartArgs;
+use super::inputs::{SetArgs, TraceArgs};
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
-use super::replay::{DEFAULT_DISPLAY, display_rate};
-use super::run_folder::RunFolder;
+use super::replay::DEFAULT_DISPLAY;
+use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Watts;
@@ -43,15 +43,12 @@ pub struct Args {
     /// for speed-ups with their geometric mean; or two or more report folders
     #[arg(required = true, num_args = 2.., value_name = "ITEM")]
     pub items: Vec<PathBuf>,
-    /// Change a key of every machine file for this run; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub sets: Vec<String>,
-    /// Display rate, frames per second, for power
-    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
-    pub fps: f64,
-    /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
-    #[arg(long, value_name = "A..B", value_parser = frame_range)]
-    pub frames: Option<FrameRange>,
+    /// What is otherwise in the machines.
+    #[command(flatten)]
+    pub changes: SetArgs,
+    /// What of the traces is simulated.
+    #[command(flatten)]
+    pub shown: TraceArgs,
     /// Draw a line at this power in the charts: 1.5W, 800mW
     #[arg(long, value_name = "POWER", value_parser = watts)]
     pub budget: Option<Watts>,
@@ -62,12 +59,9 @@ pub struct Args {
     /// the first
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
     pub at_least: Option<f64>,
-    /// Report folder [default: reports/A-B, with a counter if it exists]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace the finished report in --out
-    #[arg(long)]
-    pub force: bool,
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
@@ -88,8 +82,7 @@ fn ratio(text: &str) -> Result<f64, String> {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     // What is given is looked at before anything is simulated.
-    let given = args.out.as_deref().map(|out| RunFolder::create(Some(out), "", args.force));
-    let given = given.transpose()?;
+    let given = args.report.out.is_some().then(|| args.report.folder("")).transpose()?;
     let folders = args.items.iter().filter(|p| p.is_dir()).count();
     let traces = if folders == args.items.len() {
         vec![of_folders(args)?]
@@ -117,7 +110,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let labels = comparison.labels();
     let folder = match given {
         Some(folder) => folder,
-        None => RunFolder::create(None, &labels.join("-"), args.force)?,
+        None => args.report.folder(&labels.join("-"))?,
     };
     match &speedup {
         Some(speedup) => write_all(&folder, &all, speedup, &context.drawing)?,
@@ -210,7 +203,7 @@ fn write_all(
 
 /// Finished reports.
 fn of_folders(args: &Args) -> Result<Vec<Side>, Failure> {
-    if !args.sets.is_empty() || args.frames.is_some() {
+    if !args.changes.sets.is_empty() || args.shown.only.frames.is_some() {
         let what = "--set, --frames: finished reports are not simulated again";
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -268,12 +261,12 @@ fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> 
     }
     let mut sources: Vec<TraceFile> = traces
         .iter()
-        .map(|path| inputs::trace(path, args.frames, context))
+        .map(|path| inputs::trace(path, args.shown.only.frames, context))
         .collect::<Result<_, _>>()?;
     let load = |arch: &PathBuf| {
         let spec = SystemSpec {
             machine: arch.to_string_lossy().into_owned(),
-            sets: args.sets.clone(),
+            sets: args.changes.sets.clone(),
             energy: None,
             display: Some(DEFAULT_DISPLAY.to_owned()),
         };
@@ -283,7 +276,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> 
     let watch = Watched::new(context, Counts::Frames);
     let mut all = Vec::new();
     for source in &mut sources {
-        let runs = on_each(&systems, args.fps, source, &watch)?;
+        let runs = on_each(&systems, args.shown.fps, source, &watch)?;
         let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
         all.extend(sides);
     }

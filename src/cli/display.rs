@@ -2,12 +2,11 @@
 
 use powergs_report::document::Document;
 use powergs_report::format::engineering;
-use std::path::PathBuf;
 
 use serde_json::json;
 
-use super::background::Background;
-use super::{Context, Exit, Failure, inputs, out, picture_file};
+use super::picture_file::PictureArgs;
+use super::{Context, Exit, Failure, inputs, out};
 
 /// Shown under `display --help`.
 pub const EXAMPLES: &str = "\
@@ -21,31 +20,21 @@ powergs-sim arch list names the presets; `explain` defines the keys of a panel."
 /// The arguments of `display`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The picture: PNG, JPEG or WebP
-    pub image: PathBuf,
-    /// The panel: a name of `arch list`, or a TOML file
-    #[arg(
-        long,
-        visible_alias = "display",
-        value_name = "NAME|FILE",
-        default_value = "oled-powergs"
-    )]
-    pub preset: String,
-    /// What transparent pixels show: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
-    pub background: Background,
+    /// The picture and the panel.
+    #[command(flatten)]
+    pub shown: PictureArgs,
 }
 
 /// Runs `display`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let display = inputs::display(&args.preset)?;
-    let picture = picture_file::read(&args.image, args.background, 0, context)?;
+    let display = inputs::display(&args.shown.preset)?;
+    let picture = args.shown.read(0, context)?;
     let mean = picture.mean_linear_rgb();
     let power = display.power(mean);
     let parts: Vec<f64> = display.coefficients().iter().zip(mean).map(|(k, m)| k * m).collect();
     if context.global.json {
         out::json(&json!({
-            "image": args.image.display().to_string(),
+            "image": args.shown.image.display().to_string(),
             "width_px": picture.width,
             "height_px": picture.height,
             "preset": display.name,

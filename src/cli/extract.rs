@@ -1,24 +1,21 @@
 //! `extract`: a scene and its views become a trace.
 
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::json;
 use tempfile::NamedTempFile;
 
-use super::background::Background;
-use super::camera_file::CameraArgs;
-use super::gaze::{GazeArgs, note_default, note_missing};
-use super::output_file::Overwrite;
+use super::gaze::{note_default, note_missing};
+use super::output_file::OutputArgs;
 use super::progress::{Counts, Watched};
-use super::scene_file::Shown;
-use super::{Context, Exit, Failure, OrExit, out, sight};
+use super::scene_file::{Shown, ShownArgs};
+use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_core::run::{Frames, RunError};
 use powergs_frame::trace::TraceHeader;
-use powergs_scene::camera::orbit::SceneBounds;
 use powergs_study::extract::{Extracted, extract};
 use powergs_views::RenderedViews;
 
@@ -38,71 +35,53 @@ Then: powergs-sim replay scene.bin";
 /// The arguments of `extract`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
-    pub scene: PathBuf,
-    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
-    #[arg(long, value_name = "N")]
-    pub detail: Option<u32>,
-    /// The views.
+    /// The trace.
     #[command(flatten)]
-    pub cameras: CameraArgs,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
-    pub background: Background,
-    /// Where somebody looks.
+    pub to: OutputArgs,
+    /// What is shown.
     #[command(flatten)]
-    pub gaze: GazeArgs,
-    /// The trace file
-    #[arg(long, short, value_name = "FILE")]
-    pub output: PathBuf,
-    /// Whether a file is replaced.
-    #[command(flatten)]
-    pub overwrite: Overwrite,
+    pub shown: ShownArgs,
 }
 
 /// Runs `extract`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    args.overwrite.check(&args.output)?;
-    let scene = Shown::open(&args.scene, args.detail, &args.gaze, context)?;
-    let bounds = || SceneBounds::of(scene.base());
-    let views = args.cameras.cameras(Some(&args.scene), bounds)?;
-    views.warn(context);
-    sight::check(scene.base(), &views.cameras, context);
-    let gazes = args.gaze.of_views(&views.cameras)?;
+    let output = args.to.file()?;
+    let (scene, cameras) = args.shown.open(context)?;
+    let gazes = args.shown.gaze.of_views(&cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
-        note_default(context, &args.gaze);
-        note_missing(context, &views.cameras, &gazes);
+        note_default(context, &args.shown.gaze);
+        note_missing(context, &cameras, &gazes);
     }
     let header = TraceHeader {
         generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
-        scene: stem(&args.scene),
+        scene: stem(&args.shown.scene),
         points: scene.base().len() as u64,
     };
-    let wanted = views.cameras.len();
+    let wanted = cameras.len();
     let frames = match scene {
         Shown::Plain(scene) => {
-            RenderedViews::new(&header.scene, Arc::new(scene.gaussians), views.cameras)
+            RenderedViews::new(&header.scene, Arc::new(scene.gaussians), cameras)
         }
         Shown::Foveated(model) => {
-            let views = views.cameras.into_iter().zip(gazes);
+            let views = cameras.into_iter().zip(gazes);
             RenderedViews::foveated(&header.scene, Arc::new(*model), views)
         }
     };
-    let mut frames = frames.on_background(args.background.0);
+    let mut frames = frames.on_background(args.shown.background.0);
     frames.allow(context.global.memory);
-    let file = temporary(&args.output)
-        .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
+    let file = temporary(output)
+        .or_exit(Exit::Usage, format_args!("{}: cannot be written", output.display()))?;
     let watch = Watched::new(context, Counts::Frames);
     let trace = extract(&mut frames, &header, BufWriter::new(file), &watch);
     let trace = trace.map_err(|error| match error {
         RunError::Output { message, .. } => {
-            let path = args.output.display();
+            let path = output.display();
             Failure::new(Exit::Usage, format!("{path}: cannot be written: {message}"))
         }
         other => other.into(),
     })?;
     drop(watch);
-    finish(args, context, trace, wanted)
+    finish(output, context, trace, wanted)
 }
 
 /// The name of a scene: its file or folder without extension.
@@ -120,7 +99,7 @@ fn stem(path: &Path) -> String {
 /// Puts the finished file in its place. One that was interrupted is a valid trace of the frames
 /// that were done, under a name that says so.
 fn finish(
-    args: &Args,
+    output: &Path,
     context: &Context,
     trace: Extracted<BufWriter<NamedTempFile>>,
     wanted: usize,
@@ -131,8 +110,7 @@ fn finish(
         out::complain("interrupted before the first frame was done: nothing written");
         return Ok(Exit::Interrupted);
     }
-    let path =
-        if complete { args.output.clone() } else { args.output.with_extension("INCOMPLETE.bin") };
+    let path = if complete { output.to_owned() } else { output.with_extension("INCOMPLETE.bin") };
     let place = || format!("{}: cannot be written", path.display());
     let file = trace.out.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
     let bytes = file.as_file().metadata().or_exit(Exit::Usage, place())?.len();

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::background::Background;
 use super::output_file::Overwrite;
+use super::picture_file::PictureArgs;
 use super::render::write_png;
-use super::{Context, Exit, Failure, OrExit, inputs, out, picture_file};
+use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_report::format::engineering;
 
@@ -22,8 +22,9 @@ This is the colour filter of Duinkharjav et al. 2022; docs/metrics.md has it.";
 /// The arguments of `filter`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The picture: PNG, JPEG or WebP
-    pub image: PathBuf,
+    /// The picture and the panel.
+    #[command(flatten)]
+    pub shown: PictureArgs,
     /// Where somebody looks: shares of width and height, from the upper left corner
     #[arg(long, value_name = "X,Y", default_value = "0.5,0.5", value_parser = pair)]
     #[arg(allow_hyphen_values = true)]
@@ -32,17 +33,6 @@ pub struct Args {
     #[arg(long, value_name = "DEGREES|NAME", default_value_t = 90.0, allow_hyphen_values = true)]
     #[arg(value_parser = super::gaze::field_of_view)]
     pub fov: f64,
-    /// The panel: a name of `arch list`, or a TOML file
-    #[arg(
-        long,
-        visible_alias = "display",
-        value_name = "NAME|FILE",
-        default_value = "oled-powergs"
-    )]
-    pub preset: String,
-    /// What transparent pixels show: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
-    pub background: Background,
     /// The PNG file to write [default: IMAGE-d22.png beside the picture]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -71,18 +61,18 @@ const PIXEL: u64 = 16;
 
 /// Runs `filter`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let output = args.output.clone().unwrap_or_else(|| beside(&args.image));
+    let output = args.output.clone().unwrap_or_else(|| beside(&args.shown.image));
     args.overwrite.check(&output)?;
     let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
-    let display = inputs::display(&args.preset)?;
-    let picture = picture_file::read(&args.image, args.background, PIXEL, context)?;
+    let display = inputs::display(&args.shown.preset)?;
+    let picture = args.shown.read(PIXEL, context)?;
     let filtered = Filter::new(&display).apply(&picture, &gaze);
     write_png(&output, &filtered)?;
     let [before, after] = [&picture, &filtered].map(|p| display.power(p.mean_linear_rgb()).0);
     let saving = if before > 0.0 { 1.0 - after / before } else { 0.0 };
     if context.global.json {
         out::json(&json!({
-            "image": args.image.display().to_string(),
+            "image": args.shown.image.display().to_string(),
             "file": output.display().to_string(),
             "preset": display.name,
             "gaze": [args.gaze.0, args.gaze.1],

@@ -4,7 +4,8 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::camera_file::FrameRange;
+use super::camera_file::{FrameArgs, FrameRange};
+use super::replay::display_rate;
 use super::{Context, Failure, out};
 use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
@@ -12,6 +13,37 @@ use powergs_frame::display::Display;
 
 /// The first bytes of a trace.
 const MAGIC: [u8; 8] = *b"\x89PGST\r\n\x1a";
+
+/// Changes of machines.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct SetArgs {
+    /// Change a key of the machine, of each if there are several: vru.cores=8; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+}
+
+/// What is otherwise than in the file of a machine.
+#[derive(Debug, Clone, clap::Args)]
+pub struct MachineArgs {
+    /// Its keys.
+    #[command(flatten)]
+    pub changes: SetArgs,
+    /// Energy table, in place of the machine's: a name of `arch list`, a TOML file, or an
+    /// energy reference table of Accelergy (FILE.yaml)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub energy: Option<String>,
+}
+
+/// What of a trace is simulated, and how often it is shown.
+#[derive(Debug, Clone, clap::Args)]
+pub struct TraceArgs {
+    /// Display rate, frames per second, for power and deadlines
+    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
+    pub fps: f64,
+    /// Only some frames.
+    #[command(flatten)]
+    pub only: FrameArgs,
+}
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
 ///

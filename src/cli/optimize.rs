@@ -14,13 +14,14 @@ mod watch;
 
 use std::path::{Path, PathBuf};
 
-use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::power_views::PowerViewArgs;
 use super::setting_args::SearchSettings;
+use super::store_folder::RunArgs;
+use super::training_args::{DenseArgs, LikenessArgs, TrainingViewArgs};
 use super::{Context, Exit, Failure, gaze, out};
-use folder::{Existing, Folder, LAYOUT};
+use folder::{Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::request::LEAST_GATE;
@@ -52,28 +53,21 @@ The result is runs/snow/final.ply, and its trace for the simulator:
 /// The arguments of `optimize`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
-    pub model: Option<PathBuf>,
     /// A generated scene, end to end in a minute or so
     #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "detail"])]
     pub demo: bool,
-    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
-    #[arg(hide_short_help = true, long, value_name = "N")]
-    pub detail: Option<u32>,
-    /// The run folder [default: runs/NAME]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Go on with the run in the folder; repeat its other arguments
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-    /// Throw away the run in the folder
-    #[arg(long)]
-    pub force: bool,
+    /// The model.
+    #[command(flatten)]
+    pub dense: DenseArgs,
+    /// Where the run is.
+    #[command(flatten)]
+    pub run: RunArgs,
     /// Price the models of a finished run anew, for the machine, panel, display rate, size or views
     /// that are given beside it: nothing is trained
     #[arg(long, value_name = "RUN", conflicts_with_all = [
         "model", "demo", "detail", "dry_run", "lpips_weights",
-        "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs", "SettingArgs",
+        "ViewArgs", "TrainingViewArgs", "QualityArgs", "LikenessArgs", "SearchArgs", "CompareArgs",
+        "FoveaArgs", "SettingArgs",
     ])]
     pub reprice: Option<PathBuf>,
     /// Also train: up to two samples around the new minimum, and the model of the new optimum
@@ -88,6 +82,9 @@ pub struct Args {
     /// Which views there are, and what they should look like.
     #[command(flatten)]
     pub views: ViewArgs,
+    /// Their cameras.
+    #[command(flatten)]
+    pub seen: TrainingViewArgs,
     /// Image size that models train and are compared at, pixels [default: that of the cameras, or
     /// of smaller photos]; photos are averaged down to it, and must have its aspect. With
     /// --reprice, as --power-size
@@ -97,6 +94,9 @@ pub struct Args {
     /// How good the result must be.
     #[command(flatten)]
     pub quality: QualityArgs,
+    /// The same in numbers.
+    #[command(flatten)]
+    pub likeness: LikenessArgs,
     /// What power is.
     #[command(flatten)]
     pub power: PowerArgs,
@@ -176,29 +176,14 @@ pub struct ViewArgs {
     /// sparse/0 beside them
     #[arg(long, value_name = "DIR", conflicts_with = "reference")]
     pub images: Option<PathBuf>,
-    /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
-    #[arg(long, value_name = "PATH")]
-    pub cameras: Option<PathBuf>,
     /// PSNR that the model must have on the photos before anything is done, decibels: with less
     /// they show something else; 0 goes on all the same
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "DB", default_value_t = 15.0, value_parser = decibels)]
     pub least_likeness: f64,
-    /// Instead of a file: N views on a circle around the scene
-    #[arg(long, value_name = "N", conflicts_with = "cameras")]
-    pub orbit: Option<usize>,
     /// What the model is compared with [default: self without --images]
     #[arg(hide_short_help = true, long, value_enum)]
     pub reference: Option<ReferenceArg>,
-    /// Only every K-th view, starting with the first
-    #[arg(hide_short_help = true, long, value_name = "K")]
-    pub every: Option<std::num::NonZeroUsize>,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(hide_short_help = true, long, default_value = "black")]
-    pub background: Background,
-    /// Of the training views, every K-th validates [default: as many as there are test views]
-    #[arg(hide_short_help = true, long, value_name = "K")]
-    pub validation: Option<std::num::NonZeroUsize>,
     /// With photos: validation views train too. The gate then sees what it trains on, and test
     /// views may fall far below the target
     #[arg(hide_short_help = true, long, requires = "images")]
@@ -236,12 +221,6 @@ pub struct QualityArgs {
     /// each, the lower ones from the higher: H,M,L. With photos also a share, 0 to 1 [default: M]
     #[arg(long, value_name = "H,M,L|SHARE", group = "goal", value_parser = quality)]
     pub quality: Option<Quality>,
-    /// PSNR, decibels
-    #[arg(long, value_name = "DB", group = "goal")]
-    pub quality_db: Option<f64>,
-    /// SSIM beside --quality-db [default: none]
-    #[arg(hide_short_help = true, long, value_name = "SSIM", requires = "quality_db")]
-    pub quality_ssim: Option<f64>,
 }
 
 /// How good the result must be.
@@ -374,7 +353,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return reprice::run(from, args, started, context);
     }
     // What is wrong with the arguments is said before anything is loaded.
-    if args.model.is_none() && !args.demo {
+    if args.dense.model.is_none() && !args.demo {
         let what = "optimize: no model; name a trained one, or try --demo, which generates a scene";
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -389,10 +368,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return dry_run::run(&campaign, &watched, context);
     }
     let record = record::run_toml(&campaign)?;
-    let path = args.out.clone().unwrap_or_else(|| place(args, &campaign.name));
+    let path = args.run.out.clone().unwrap_or_else(|| place(args, &campaign.name));
     let folder = Folder::new(&path, &LAYOUT);
-    let _lock = folder.open(existing(args))?;
-    let run = match args.resume {
+    let _lock = folder.open(args.run.existing())?;
+    let run = match args.run.resume {
         true => campaign.resume(folder.store())?,
         false => campaign.begin(folder.store())?,
     };
@@ -416,15 +395,6 @@ fn opened(args: &Args, context: &Context, watched: &Watched<'_>) -> Result<Campa
     Ok(campaign)
 }
 
-/// What to do with a run that is in the folder already.
-fn existing(args: &Args) -> Existing {
-    match (args.resume, args.force) {
-        (true, _) => Existing::Resume,
-        (_, true) => Existing::Replace,
-        _ => Existing::Refuse,
-    }
-}
-
 fn interrupted(path: &Path, context: &Context) -> Exit {
     if !context.global.quiet {
         let again = "the same command with --resume goes on";
@@ -436,7 +406,7 @@ fn interrupted(path: &Path, context: &Context) -> Exit {
 /// Where a run is without --out. The demonstration starts anew beside its last run.
 fn place(args: &Args, name: &str) -> PathBuf {
     let first = Path::new("runs").join(name);
-    if args.demo && !args.resume { free(first) } else { first }
+    if args.demo && !args.run.resume { free(first) } else { first }
 }
 
 /// The path, or if something is there, with a number behind it.

@@ -1,7 +1,7 @@
 //! Files that commands write where the user says: nothing that is there is replaced without
 //! `--force`, and that is said before any work is done.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::{Context, Exit, Failure, out};
 
@@ -20,6 +20,28 @@ impl Overwrite {
     /// As [`check`].
     pub fn check(self, path: &Path) -> Result<(), Failure> {
         check(path, self.force)
+    }
+}
+
+/// The flags of commands that write one file, and do nothing else.
+#[derive(Debug, clap::Args)]
+pub struct OutputArgs {
+    /// The file to write
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Whether it is replaced.
+    #[command(flatten)]
+    overwrite: Overwrite,
+}
+
+impl OutputArgs {
+    /// The file, which may be written.
+    ///
+    /// # Errors
+    /// As [`check`].
+    pub fn file(&self) -> Result<&Path, Failure> {
+        self.overwrite.check(&self.output)?;
+        Ok(&self.output)
     }
 }
 

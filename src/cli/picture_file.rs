@@ -2,12 +2,40 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::background::Background;
 use super::{Context, Exit, Failure, OrExit};
 use powergs_base::picture::Picture;
 use powergs_pixels::{DecodeError, Decoded, Limits};
+
+/// A picture on a panel.
+#[derive(Debug, clap::Args)]
+pub struct PictureArgs {
+    /// The picture: PNG, JPEG or WebP
+    pub image: PathBuf,
+    /// The panel: a name of `arch list`, or a TOML file
+    #[arg(
+        long,
+        visible_alias = "display",
+        value_name = "NAME|FILE",
+        default_value = "oled-powergs"
+    )]
+    pub preset: String,
+    /// What transparent pixels show: black, white, or r,g,b from 0 to 1
+    #[arg(long, default_value = "black")]
+    pub background: Background,
+}
+
+impl PictureArgs {
+    /// See [`read`].
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn read(&self, more: u64, context: &Context) -> Result<Picture, Failure> {
+        read(&self.image, self.background, more, context)
+    }
+}
 
 /// The longest side of a picture that is read, pixels.
 const SIDE: u32 = 32_768;

@@ -4,20 +4,17 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::background::Background;
-use super::camera_file::CameraArgs;
-use super::gaze::{GazeArgs, note_default, note_missing};
+use super::gaze::{note_default, note_missing};
 use super::output_file::Overwrite;
 use super::progress::Progress;
-use super::scene_file::Shown;
-use super::{Context, Exit, Failure, OrExit, out, sight};
+use super::scene_file::{Shown, ShownArgs};
+use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
 use powergs_base::picture::Picture;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::ScreenGaze;
 use powergs_raster::{Detail, Options, regions, render, render_foveated};
 use powergs_scene::Camera;
-use powergs_scene::camera::orbit::SceneBounds;
 
 /// Shown under `render --help`.
 pub const EXAMPLES: &str = "\
@@ -32,26 +29,6 @@ Examples:
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
-    pub scene: PathBuf,
-    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
-    #[arg(long, value_name = "N")]
-    pub detail: Option<u32>,
-    /// The views.
-    #[command(flatten)]
-    pub cameras: CameraArgs,
-    /// Only this view, counted from 0 after all other selections
-    #[arg(long, value_name = "K")]
-    pub frame: Option<usize>,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
-    pub background: Background,
-    /// Where somebody looks.
-    #[command(flatten)]
-    pub gaze: GazeArgs,
-    /// Draw the regions R1 to R4 over the image, and a cross at the gaze
-    #[arg(long)]
-    pub levels: bool,
     /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG
     /// per view
     #[arg(long, short, value_name = "PATH")]
@@ -59,6 +36,15 @@ pub struct Args {
     /// Whether files are replaced.
     #[command(flatten)]
     pub overwrite: Overwrite,
+    /// What is shown.
+    #[command(flatten)]
+    pub shown: ShownArgs,
+    /// Only this view, counted from 0 after all other selections
+    #[arg(long, value_name = "K", help_heading = "Cameras")]
+    pub frame: Option<usize>,
+    /// Draw the regions R1 to R4 over the image, and a cross at the gaze
+    #[arg(long)]
+    pub levels: bool,
 }
 
 /// Memory for a pixel while a picture is rendered and written, bytes.
@@ -66,7 +52,7 @@ const PIXEL: u64 = 40;
 
 /// Runs `render`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    if args.levels && !args.gaze.is_given() {
+    if args.levels && !args.shown.gaze.is_given() {
         let what = "--levels: say where somebody looks, with --gaze, --gaze-cycle or --gaze-stream";
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -74,26 +60,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if is_png(&args.output) {
         args.overwrite.check(&args.output)?;
     }
-    let scene = Shown::open(&args.scene, args.detail, &args.gaze, context)?;
-    let bounds = || SceneBounds::of(scene.base());
-    let views = args.cameras.cameras(Some(&args.scene), bounds)?;
-    views.warn(context);
-    sight::check(scene.base(), &views.cameras, context);
-    let count = views.cameras.len();
+    let (scene, cameras) = args.shown.open(context)?;
+    let count = cameras.len();
     if args.frame.is_none() && is_png(&args.output) && count > 1 && !context.global.quiet {
         out::complain(format!(
             "note: one file, so the first of {count} views; --frame K has another, a folder all"
         ));
     }
-    let (cameras, gazes) = chosen(args, views.cameras)?;
+    let (cameras, gazes) = chosen(args, cameras)?;
     let targets = targets(&args.output, &cameras)?;
     targets.iter().try_for_each(|target| args.overwrite.check(target))?;
     check_sizes(&cameras, PIXEL, context)?;
-    let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
+    let options =
+        Options { background: args.shown.background.0, ..Options::reference(Detail::Image) };
     let mut written = Vec::new();
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
-        note_default(context, &args.gaze);
+        note_default(context, &args.shown.gaze);
         note_missing(context, &cameras, &gazes);
     }
     for ((camera, gaze), target) in cameras.iter().zip(&gazes).zip(&targets) {
@@ -133,7 +116,7 @@ fn chosen(
     args: &Args,
     mut cameras: Vec<Camera>,
 ) -> Result<(Vec<Camera>, Vec<ScreenGaze>), Failure> {
-    let mut gazes = args.gaze.of_views(&cameras)?;
+    let mut gazes = args.shown.gaze.of_views(&cameras)?;
     let frame = match args.frame {
         Some(frame) => frame,
         // One file can hold one view.

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::camera_file::{FrameRange, frame_range};
 use super::chart_args::ChartArgs;
+use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
-use super::run_folder::RunFolder;
+use super::run_folder::{ReportArgs, RunFolder};
 use super::timeline::{self, TimelineRequest};
 use super::{Context, Exit, Failure, OrExit, inputs, out, output_file, sight};
 use powergs_core::run::files::DiskFiles;
@@ -48,22 +48,15 @@ pub struct Args {
     /// Machine: a name of `arch list`, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ARCH)]
     pub arch: String,
-    /// Change a key of the machine file for this run; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub sets: Vec<String>,
-    /// Energy table, in place of the machine's: a name of `arch list`, a TOML file, or an
-    /// energy reference table of Accelergy (FILE.yaml)
-    #[arg(long, value_name = "NAME|FILE")]
-    pub energy: Option<String>,
+    /// What is otherwise in the machine.
+    #[command(flatten)]
+    pub machine: MachineArgs,
     /// Model: the simulated machine, or the published closed-form counts
     #[arg(long, value_enum, default_value = "cycle")]
     pub model: ModelArg,
-    /// Display rate, frames per second, for power and deadlines
-    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
-    pub fps: f64,
-    /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
-    #[arg(long, value_name = "A..B", value_parser = frame_range)]
-    pub frames: Option<FrameRange>,
+    /// What of the trace is simulated.
+    #[command(flatten)]
+    pub shown: TraceArgs,
     /// Display: a preset of `arch-configs/display`, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_DISPLAY)]
     pub display: String,
@@ -85,12 +78,9 @@ pub struct Args {
     /// Write the DRAM requests of the first frame to a file, one a line: R 0x1f40 64
     #[arg(long, value_name = "FILE")]
     pub dump_dram: Option<PathBuf>,
-    /// Report folder [default: reports/TRACE-MACHINE, with a counter if it exists]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace the finished report in --out, and the file of --dump-dram
-    #[arg(long)]
-    pub force: bool,
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
@@ -166,11 +156,11 @@ fn model(args: &Args) -> Result<Model, Failure> {
             let what = "--reference-padding belongs to --model paper";
             return Err(Failure::new(Exit::Usage, what));
         }
-        let mut sets = args.sets.clone();
+        let mut sets = args.machine.changes.sets.clone();
         if let Some(model) = args.dram_model {
             sets.push(format!("dram.model={}", model.key()));
         }
-        let (machine, energy) = (args.arch.clone(), args.energy.clone());
+        let (machine, energy) = (args.arch.clone(), args.machine.energy.clone());
         let spec = SystemSpec { machine, sets, energy, display };
         let system = System::load(&spec, &DiskFiles)?;
         if let Some(doubt) = accelergy::doubt(system.energy_table()) {
@@ -179,7 +169,7 @@ fn model(args: &Args) -> Result<Model, Failure> {
         return Ok(Model::Cycle(Box::new(system)));
     }
     let machine_only = args.dram_model.is_some() || args.timeline.is_some();
-    if !args.sets.is_empty() || machine_only || args.energy.is_some() {
+    if !args.machine.changes.sets.is_empty() || machine_only || args.machine.energy.is_some() {
         let what = "--set, --energy, --dram-model, --timeline: the paper model has no machine; \
                     use --model cycle";
         return Err(Failure::new(Exit::Usage, what));
@@ -202,12 +192,12 @@ fn dump_dram(path: &Path, trace: &mut TraceFile, model: &Model) -> Result<(), Fa
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    args.dump_dram.iter().try_for_each(|path| output_file::check(path, args.force))?;
+    args.dump_dram.iter().try_for_each(|path| output_file::check(path, args.report.force))?;
     let model = model(args)?;
-    let mut trace = inputs::trace(&args.trace, args.frames, context)?;
+    let mut trace = inputs::trace(&args.trace, args.shown.only.frames, context)?;
     let replay = Replay {
         target: model.target(),
-        display_fps: args.fps,
+        display_fps: args.shown.fps,
         what_if_frames: args.what_if,
         calibrates_what_if: args.dram_model.is_none(),
         compares_models: args.dram_model == Some(DramArg::Both),
@@ -246,7 +236,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// Exit code 2.
 pub fn folder(args: &Args, facts: &Facts) -> Result<RunFolder, Failure> {
     let name = format!("{}-{}", facts.trace.name, facts.machine.name);
-    RunFolder::create(args.out.as_deref(), &name, args.force)
+    args.report.folder(&name)
 }
 
 /// Writes a timeline into a folder; returns what the user should know.
@@ -301,7 +291,7 @@ fn next_command(args: &Args, advice: Option<Advice<'_>>) -> String {
         Some(Advice::Take(step) | Advice::Fastest(step)) => &step.sets,
         Some(Advice::AreaOnly(_) | Advice::Nothing) | None => &[],
     };
-    let preset = args.arch == DEFAULT_ARCH && args.sets.is_empty();
+    let preset = args.arch == DEFAULT_ARCH && args.machine.changes.sets.is_empty();
     if preset && matches!(advice, Some(Advice::AreaOnly(_))) {
         let trace = args.trace.display().to_string();
         let words = ["powergs-sim", "sweep", "gscore-units", "--traces", &trace];
@@ -312,17 +302,17 @@ fn next_command(args: &Args, advice: Option<Advice<'_>>) -> String {
     if args.arch != DEFAULT_ARCH {
         words.extend(["--arch".into(), args.arch.clone()]);
     }
-    for set in args.sets.iter().chain(step) {
+    for set in args.machine.changes.sets.iter().chain(step) {
         words.extend(["--set".into(), set.clone()]);
     }
-    if let Some(energy) = &args.energy {
+    if let Some(energy) = &args.machine.energy {
         words.extend(["--energy".into(), energy.clone()]);
     }
     if args.model == ModelArg::Cycle && step.is_empty() {
         words.extend(["--model".into(), "paper".into()]);
     }
-    if args.fps != 60.0 {
-        words.extend(["--fps".into(), report::format::rate(args.fps)]);
+    if args.shown.fps != 60.0 {
+        words.extend(["--fps".into(), report::format::rate(args.shown.fps)]);
     }
     continued(words.iter().map(|word| quoted(word)))
 }

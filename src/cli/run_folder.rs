@@ -15,6 +15,27 @@ use powergs_core::run::store::atomic::{exchange, nameless, sync_folder};
 use powergs_report::{Drawing, is_file_name, sweep};
 use powergs_scene::export::FOLDER_FILES;
 
+/// Where a report goes.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ReportArgs {
+    /// Report folder [default: a new one in reports/, named after what is simulated]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the finished report in --out, and files that other flags name
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl ReportArgs {
+    /// As [`RunFolder::create`].
+    ///
+    /// # Errors
+    /// Those of [`RunFolder::create`].
+    pub fn folder(&self, name: &str) -> Result<RunFolder, Failure> {
+        RunFolder::create(self.out.as_deref(), name, self.force)
+    }
+}
+
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.
 #[derive(Debug)]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::output_file::{self, Overwrite};
+use super::output_file::{self, OutputArgs};
 use super::scene_file::warn;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
@@ -54,17 +54,14 @@ enum SceneCommand {
     },
     /// Write a model of any format as INRIA PLY, compressed PLY, SPZ, glTF or SOG
     Convert(convert::Args),
-    /// Combine four levels into one foveated model
+    /// Combine four levels into one foveated model (.fov)
     Compose {
         /// Levels 1 to 4, any format: each a part of the one before that differs from it in
         /// opacity and DC colour only
         #[arg(num_args = 4, required = true, value_names = ["L1", "L2", "L3", "L4"])]
         levels: Vec<PathBuf>,
-        /// The foveated model to write (.fov)
-        #[arg(long, short, value_name = "FILE")]
-        output: PathBuf,
         #[command(flatten)]
-        overwrite: Overwrite,
+        to: OutputArgs,
     },
     /// Write a level of a foveated model as INRIA PLY
     Level {
@@ -73,11 +70,8 @@ enum SceneCommand {
         /// Which, 1 to 4
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=4))]
         level: u8,
-        /// The PLY file to write
-        #[arg(long, short, value_name = "FILE")]
-        output: PathBuf,
         #[command(flatten)]
-        overwrite: Overwrite,
+        to: OutputArgs,
     },
 }
 
@@ -95,12 +89,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             }
         }
         SceneCommand::Convert(args) => convert::run(args, context)?,
-        SceneCommand::Compose { levels, output, overwrite } => {
-            overwrite.check(output)?;
-            compose(levels, output, context)?;
-        }
-        SceneCommand::Level { file, level, output, overwrite } => {
-            overwrite.check(output)?;
+        SceneCommand::Compose { levels, to } => compose(levels, to.file()?, context)?,
+        SceneCommand::Level { file, level, to } => {
+            let output = to.file()?;
             let scene = open_foveated(file)?.level(usize::from(level - 1));
             write_atomically(output, |mut w| write_ply(&scene, &mut w))?;
             written(&scene, output, context)?;

@@ -1,11 +1,14 @@
 //! The models that commands show, opened as they are named on the command line.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use super::background::Background;
+use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, refuse_plain};
-use super::{Context, Exit, Failure, out};
+use super::{Context, Exit, Failure, out, sight};
+use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::{OpenedModel, is_foveated, open_foveated, open_model};
-use powergs_scene::{Foveated, Gaussians};
+use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// Prints the warnings of a model on standard error, unless that is silenced.
 pub fn warn(model: &OpenedModel, context: &Context) {
@@ -27,47 +30,43 @@ pub fn name_of(path: &Path) -> String {
     names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
 }
 
-/// A trained model that is to be made cheaper, and its name for people.
-///
-/// # Errors
-/// Exit code 3: it cannot be read, or has no Gaussians.
-pub fn trained(
-    path: &Path,
-    detail: Option<u32>,
-    context: &Context,
-) -> Result<(String, Gaussians), Failure> {
-    let scene = open_model(path, detail)?;
-    warn(&scene, context);
-    if scene.gaussians.is_empty() {
-        let what = format!("{}: the model has no Gaussians", path.display());
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    Ok((name_of(&scene.path), scene.gaussians))
+/// The model that a command shows, its views, and where the viewer looks.
+#[derive(Debug, clap::Args)]
+pub struct ShownArgs {
+    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
+    pub scene: PathBuf,
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
+    #[arg(long, value_name = "N")]
+    pub detail: Option<u32>,
+    /// Background: black, white, or r,g,b from 0 to 1
+    #[arg(long, default_value = "black")]
+    pub background: Background,
+    /// The views.
+    #[command(flatten)]
+    pub cameras: CameraArgs,
+    /// Where somebody looks.
+    #[command(flatten)]
+    pub gaze: GazeArgs,
 }
 
-/// What a command shows: a plain model, or all levels of a foveated one.
-#[derive(Debug)]
-pub enum Shown {
-    /// A plain model.
-    Plain(OpenedModel),
-    /// A foveated model.
-    Foveated(Box<Foveated>),
-}
-
-impl Shown {
-    /// Opens what a command with gaze flags shows: with a gaze a foveated model is needed, without
-    /// one such a model gives its level 1. `detail` is that of a streamed scene.
+impl ShownArgs {
+    /// The model and its views. With a gaze a foveated model is needed, without one such a model
+    /// gives its level 1.
     ///
     /// # Errors
-    /// Exit code 3 for a model that cannot be read; 2 for a gaze with a plain model, or with a
-    /// detail of a streamed one.
-    pub fn open(
-        path: &Path,
-        detail: Option<u32>,
-        gaze: &GazeArgs,
-        context: &Context,
-    ) -> Result<Shown, Failure> {
-        if !gaze.is_given() {
+    /// Exit code 3 for a model or cameras that cannot be read; 2 for a gaze with a plain model, or
+    /// with a detail of a streamed one, and for views that cannot be.
+    pub fn open(&self, context: &Context) -> Result<(Shown, Vec<Camera>), Failure> {
+        let scene = self.model(context)?;
+        let views = self.cameras.cameras(Some(&self.scene), || SceneBounds::of(scene.base()))?;
+        views.warn(context);
+        sight::check(scene.base(), &views.cameras, context);
+        Ok((scene, views.cameras))
+    }
+
+    fn model(&self, context: &Context) -> Result<Shown, Failure> {
+        let (path, detail) = (&self.scene, self.detail);
+        if !self.gaze.is_given() {
             let scene = open_model(path, detail)?;
             warn(&scene, context);
             return Ok(Shown::Plain(scene));
@@ -83,7 +82,18 @@ impl Shown {
         }
         Ok(Shown::Foveated(Box::new(open_foveated(path)?)))
     }
+}
 
+/// What a command shows: a plain model, or all levels of a foveated one.
+#[derive(Debug)]
+pub enum Shown {
+    /// A plain model.
+    Plain(OpenedModel),
+    /// A foveated model.
+    Foveated(Box<Foveated>),
+}
+
+impl Shown {
     /// Level 1, or the only one.
     pub fn base(&self) -> &Gaussians {
         match self {

@@ -5,13 +5,12 @@ mod output;
 
 use std::path::{Path, PathBuf};
 
-use super::camera_file::{FrameRange, frame_range};
 use super::chart_args::ChartArgs;
 use super::dram_model::{self, DramModelArg};
+use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
-use super::replay::display_rate;
-use super::run_folder::RunFolder;
+use super::run_folder::ReportArgs;
 use super::{Context, Exit, Failure, inputs, out, output_file};
 use powergs_base::config::assumptions::assumptions;
 use powergs_core::run::TraceFile;
@@ -45,12 +44,9 @@ pub struct Args {
     /// Traces, as written by `extract`
     #[arg(required = true, value_name = "TRACE")]
     pub traces: Vec<PathBuf>,
-    /// Change a key of the machine file for this run; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub sets: Vec<String>,
-    /// Energy table, in place of the machine's: a name of `arch list`, or a file
-    #[arg(long, value_name = "NAME|FILE")]
-    pub energy: Option<String>,
+    /// What is otherwise in the machine.
+    #[command(flatten)]
+    pub machine: MachineArgs,
     /// DRAM model, in place of the machine's [default: calibrated in place of banked]
     #[arg(long, value_enum, value_name = "MODEL")]
     pub dram_model: Option<DramModelArg>,
@@ -61,9 +57,9 @@ pub struct Args {
     /// Relative step of elasticities; where it gives an invalid machine, the next larger one
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = step)]
     pub step: f64,
-    /// Display rate, frames per second, for power
-    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
-    pub fps: f64,
+    /// What of the traces is simulated.
+    #[command(flatten)]
+    pub shown: TraceArgs,
     /// Vary keys together: which interact, and how much
     #[arg(long, value_enum, value_name = "METHOD")]
     pub interactions: Option<MethodArg>,
@@ -81,18 +77,12 @@ pub struct Args {
     #[arg(long, value_name = "NUMBERS", requires = "assumptions")]
     #[arg(value_delimiter = ',', value_parser = number)]
     pub only: Vec<u32>,
-    /// Only frames A to B of each trace, B excluded, counted from 0: 0..24, 10.., ..5
-    #[arg(long, value_name = "A..B", value_parser = frame_range)]
-    pub frames: Option<FrameRange>,
     /// Also write the main table as CSV to this file
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Report folder [default: reports/sensitivity-MACHINE, with a counter if it exists]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace the finished report in --out, and the file of --csv
-    #[arg(long)]
-    pub force: bool,
+    /// Where the report goes.
+    #[command(flatten)]
+    pub report: ReportArgs,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
@@ -155,25 +145,25 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         );
         return Err(Failure::new(Exit::Usage, what));
     }
-    args.csv.iter().try_for_each(|path| output_file::check(path, args.force))?;
+    args.csv.iter().try_for_each(|path| output_file::check(path, args.report.force))?;
     if inputs::is_trace(Path::new(&args.arch)) {
         let what = format!("{}: the machine goes first, the traces after it", args.arch);
         return Err(Failure::new(Exit::Usage, what));
     }
-    let mut sets = args.sets.clone();
+    let mut sets = args.machine.changes.sets.clone();
     sets.extend(DramModelArg::set(args.dram_model));
-    let system = inputs::system(&args.arch, &sets, args.energy.as_deref())?;
+    let system = inputs::system(&args.arch, &sets, args.machine.energy.as_deref())?;
     let (system, is_calibrated) = dram_model::for_many(system, args.dram_model)?;
     if is_calibrated && !context.global.quiet {
         out::complain(dram_model::NOTE);
     }
-    let open = |path: &PathBuf| inputs::trace(path, args.frames, context);
+    let open = |path: &PathBuf| inputs::trace(path, args.shown.only.frames, context);
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
-    let folder_name = format!("sensitivity-{}", system.machine().name);
-    let folder = RunFolder::create(args.out.as_deref(), &folder_name, args.force)?;
+    let folder = args.report.folder(&format!("sensitivity-{}", system.machine().name))?;
     let watch = Watched::new(context, Counts::Simulations);
     let found = if args.assumptions {
-        let study = AssumptionStudy { system: &system, only: &args.only, display_fps: args.fps };
+        let display_fps = args.shown.fps;
+        let study = AssumptionStudy { system: &system, only: &args.only, display_fps };
         study.run(&mut sources, &watch)?.map(Results::Assumptions)
     } else {
         let keys: Vec<KeySelection> = args.keys.iter().map(|(_, key)| key.clone()).collect();
@@ -181,7 +171,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             system: &system,
             keys: &keys,
             step: args.step,
-            display_fps: args.fps,
+            display_fps: args.shown.fps,
             interactions: args.interaction_study(),
         };
         study.run(&mut sources, &watch)?.map(Results::Keys)

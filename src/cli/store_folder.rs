@@ -12,6 +12,7 @@ use powergs_core::run::Store;
 use powergs_core::run::store::atomic::{is_temporary, remove_leftovers, write_atomically};
 use powergs_core::run::store::{Lock, Sharing};
 use powergs_report::Drawing;
+pub use powergs_study::sweep::run::Existing;
 
 /// The lock.
 const LOCK: &str = "lock";
@@ -54,15 +55,29 @@ fn sweep(folder: &Path, depth: u32) {
     }
 }
 
-/// What to do with a run that is in the folder already.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Say so.
-    Refuse,
-    /// Go on with it.
-    Resume,
-    /// Throw it away.
-    Replace,
+/// Where a run is that can be gone on with.
+#[derive(Debug, Clone, clap::Args)]
+pub struct RunArgs {
+    /// Folder of the run [default: runs/NAME]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the run in the folder; repeat its other arguments
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Throw away the run in the folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl RunArgs {
+    /// What to do with a run that is in the folder already.
+    pub fn existing(&self) -> Existing {
+        match (self.resume, self.force) {
+            (true, _) => Existing::Resume,
+            (_, true) => Existing::Replace,
+            _ => Existing::Refuse,
+        }
+    }
 }
 
 /// A run folder.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::output_file::Overwrite;
+use super::output_file::OutputArgs;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
 use powergs_frame::trace::{self, Reader, VerifyReport};
@@ -54,11 +54,8 @@ enum TraceCommand {
     Repair {
         /// The damaged trace
         file: PathBuf,
-        /// The trace to write
-        #[arg(long, short, value_name = "FILE")]
-        output: PathBuf,
         #[command(flatten)]
-        overwrite: Overwrite,
+        to: OutputArgs,
     },
 }
 
@@ -68,10 +65,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         TraceCommand::Info { file, all } => info::run(file, *all, context),
         TraceCommand::Verify { file } => verify(file, context),
         TraceCommand::Dump(args) => dump::run(args, context),
-        TraceCommand::Repair { file, output, overwrite } => {
-            overwrite.check(output)?;
-            repair::run(file, output, context)
-        }
+        TraceCommand::Repair { file, to } => repair::run(file, to.file()?, context),
     }
 }
 

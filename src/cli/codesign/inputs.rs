@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::camera_file::CameraArgs;
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
-use super::super::{Context, Exit, Failure, OrExit, demo_scene, scene_file, sight};
-use super::{Args, LevelArg, demo};
+use super::super::{Context, Exit, Failure, OrExit, sight};
+use super::{Args, LevelArg, QualityArgs, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
 use powergs_codesign::machines::Machines;
@@ -64,7 +63,7 @@ pub fn codesign(
     context: &Context,
     watched: &Watched<'_>,
 ) -> Result<Codesign, Failure> {
-    if args.model.is_none() && !args.demo {
+    if args.dense.model.is_none() && !args.demo {
         let what = "codesign: no model; name a trained one, or try --demo, which generates a scene";
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -72,7 +71,7 @@ pub fn codesign(
     let display = machines.base.display().cloned();
     let display =
         display.ok_or_else(|| Failure::new(Exit::Internal, "a system without display"))?;
-    let (name, dense) = dense(args, context)?;
+    let (name, dense) = args.dense.open(context)?;
     let seen = views(args, context, &dense)?;
     let campaign = Campaign::open(
         request(args, space, context, (name, dense, seen), (&machines, display))?,
@@ -99,17 +98,17 @@ fn request(
         final_iterations: iterations,
         ..args.search.settings.settings().map_err(CampaignError::from)?
     };
-    let model = (args.model.as_deref(), false);
+    let model = (args.dense.model.as_deref(), false);
     let (power_cameras, full_size) = args.power.cameras(model, context, &cameras, whole)?;
     let (system, fps) = (machines.base.clone(), machines.fps());
     let oracle = CycleOracle { system, fps, memory: context.global.memory };
     Ok(Request {
         references: ReferenceImages::OwnRenders(Box::new(FileReferences::new()?)),
-        background: args.views.background.0,
+        background: args.views.seen.background.0,
         power_cameras,
         full_size,
         least_gate: 0,
-        validation_every: args.views.validation.map_or(0, |k| k.get()),
+        validation_every: args.views.seen.validation.map_or(0, |k| k.get()),
         goals: Goals { goal: Some(goal(args, space)), ..Goals::default() },
         settings,
         ..Request::new(&name, dense, cameras, oracle, display)
@@ -118,23 +117,15 @@ fn request(
 
 /// What models must reach: the flags, the space file, medium.
 fn goal(args: &Args, space: &Space) -> Goal {
-    let absolute = |psnr_db, ssim| Goal::Absolute { psnr_db, ssim };
-    let q = &args.quality;
-    match (q.quality, q.quality_db, space.file.budget.psnr) {
+    let QualityArgs { quality, likeness } = &args.quality;
+    match (quality, likeness.goal(), space.file.budget.psnr) {
         (Some(LevelArg::H), ..) => Goal::Levels(vec![Level::High]),
         (Some(LevelArg::M), ..) => Goal::Levels(vec![Level::Medium]),
         (Some(LevelArg::L), ..) => Goal::Levels(vec![Level::Low]),
-        (None, Some(db), _) => absolute(db, q.quality_ssim.unwrap_or(0.0)),
-        (None, None, Some(db)) => absolute(db, 0.0),
+        (None, Some(goal), _) => goal,
+        (None, None, Some(psnr_db)) => Goal::Absolute { psnr_db, ssim: 0.0 },
         (None, None, None) => Goal::Levels(vec![Level::Medium]),
     }
-}
-
-fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
-    let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
-        return Ok(("demo".into(), demo_scene::model()?));
-    };
-    scene_file::trained(path, args.detail, context)
 }
 
 /// The views as models are compared in them, and the same at the size that the camera file says;
@@ -145,31 +136,17 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
     if args.demo {
         return Ok((demo::views(args.views.size)?, None));
     }
-    let source = CameraArgs {
-        cameras: args.views.cameras.clone(),
-        orbit: args.views.orbit,
-        orbit_elevation: None,
-        orbit_radius: None,
-        orbit_fov: None,
-        orbit_up: None,
-        split: None,
-        every: args.views.every,
-        path_frames: None,
-        frames: None,
-        size: args.views.size,
-        stereo: None,
-        fov: None,
-        headset: None,
-    };
-    let views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
+    let source = args.views.seen.source(args.views.size);
+    let model = args.dense.model.as_deref();
+    let views = source.cameras(model, || SceneBounds::of(dense))?;
     views.warn(context);
     sight::check(dense, &views.cameras, context);
-    let whole = source.whole(args.model.as_deref(), &views.cameras);
+    let whole = source.whole(model, &views.cameras);
     Ok((views.cameras, whole))
 }
 
 /// Where the run is.
 pub fn place(args: &Args, codesign: &Codesign) -> PathBuf {
     let name = || Path::new("runs").join(format!("{}-codesign", codesign.campaign.name));
-    args.out.clone().unwrap_or_else(name)
+    args.run.out.clone().unwrap_or_else(name)
 }

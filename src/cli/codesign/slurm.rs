@@ -7,6 +7,7 @@ use clap::ValueEnum;
 
 use super::super::power_views::PowerViewArgs;
 use super::super::slurm::{Parts, flag};
+use super::super::training_args::{LikenessArgs, TrainingViewArgs};
 use super::super::{Exit, Failure};
 use super::folder::Existing;
 use super::{Args, LevelArg, QualityArgs, Run, SearchArgs, ViewArgs};
@@ -23,10 +24,10 @@ impl Parts for CodesignParts<'_> {
     const COMMAND: &'static str = "codesign";
 
     fn arguments(&self) -> Vec<OsString> {
-        let Args { model, demo, detail, space, views, power, quality, search, .. } = self.args;
-        let mut words: Vec<OsString> = model.iter().map(OsString::from).collect();
+        let Args { dense, demo, space, views, power, quality, search, .. } = self.args;
+        let mut words: Vec<OsString> = dense.model.iter().map(OsString::from).collect();
         words.extend(demo.then(|| "--demo".into()));
-        words.extend(detail.map(|n| flag("detail", n.to_string())));
+        words.extend(dense.detail.map(|n| flag("detail", n.to_string())));
         words.extend(space.as_ref().map(|path| flag("space", path)));
         words.extend(of_views(views));
         words.extend(of_power(power));
@@ -45,8 +46,7 @@ impl Parts for CodesignParts<'_> {
     }
 
     fn begin(&self, _: &Path) -> Result<(), Failure> {
-        let existing = if self.args.resume { Existing::Resume } else { Existing::Refuse };
-        self.run.folder.begin_parts(existing, &self.run.about()?)
+        self.run.folder.begin_parts(self.args.run.existing(), &self.run.about()?)
     }
 
     fn end(self, _: &Path) -> Result<Exit, Failure> {
@@ -65,7 +65,8 @@ fn of_power(power: &PowerViewArgs) -> Vec<OsString> {
 }
 
 fn of_views(views: &ViewArgs) -> Vec<OsString> {
-    let ViewArgs { cameras, orbit, every, size, background, validation } = views;
+    let ViewArgs { seen, size } = views;
+    let TrainingViewArgs { cameras, orbit, every, background, validation } = seen;
     let words = [
         cameras.as_ref().map(|path| flag("cameras", path)),
         orbit.map(|n| flag("orbit", n.to_string())),
@@ -78,7 +79,8 @@ fn of_views(views: &ViewArgs) -> Vec<OsString> {
 }
 
 fn of_quality(quality: &QualityArgs) -> Vec<OsString> {
-    let QualityArgs { quality, quality_db, quality_ssim } = quality;
+    let QualityArgs { quality, likeness } = quality;
+    let LikenessArgs { quality_db, quality_ssim } = likeness;
     let level = |level: LevelArg| Some(flag("quality", level.to_possible_value()?.get_name()));
     let words = [
         quality.and_then(level),

@@ -2,7 +2,7 @@
 
 use super::super::store_folder::Layout;
 
-pub use super::super::store_folder::{Existing, Folder};
+pub use super::super::store_folder::Folder;
 
 /// Checkpoints, tables, models, charts.
 pub const LAYOUT: Layout = Layout {

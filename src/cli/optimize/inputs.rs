@@ -8,7 +8,7 @@ use super::super::power_views::fits_memory;
 use super::super::progress::Progress;
 use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, demo_scene, lpips_file, out, scene_file, sight};
+use super::super::{Context, Exit, Failure, lpips_file, out, scene_file, sight};
 use super::photos::PhotoFolder;
 use super::{Args, KeepArg, PowerArgs, demo, photos};
 use powergs_frame::fovea::Screen;
@@ -40,18 +40,18 @@ pub fn request(
 ) -> Result<Request, Failure> {
     let foveation = foveation(args, context)?;
     let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
-    let (name, dense) = dense(args, context)?;
+    let (name, dense) = args.dense.open(context)?;
     let display = inputs::display(args.power.display.as_deref().unwrap_or(DISPLAY))?;
     let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
     let Seen { cameras, photos, whole } = views(args, context, &dense)?;
     let (power_cameras, full_size) = args.power.shown.cameras(
-        (args.model.as_deref(), args.fovea.foveated),
+        (args.dense.model.as_deref(), args.fovea.foveated),
         context,
         &cameras,
         whole,
     )?;
-    let background = args.views.background.0;
+    let background = args.seen.background.0;
     let mut images = FileReferences::new()?;
     let references = if photos.is_empty() {
         ReferenceImages::OwnRenders(Box::new(images))
@@ -70,7 +70,7 @@ pub fn request(
         cameras,
         references,
         background,
-        validation_every: args.views.validation.map_or(0, |k| k.get()),
+        validation_every: args.seen.validation.map_or(0, |k| k.get()),
         least_gate: args.views.least_gate,
         power_cameras,
         power_views: match args.power.path_frames {
@@ -99,13 +99,6 @@ fn foveation(args: &Args, context: &Context) -> Result<Option<Foveation>, Failur
     let screen = Screen { pooling_rate, ..args.fovea.screen.unwrap_or(Screen::PUBLISHED) };
     let clock = clock(&args.power, context)?;
     Ok(Some(Foveation::new(screen, clock, args.fovea.filter_flops)?))
-}
-
-fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
-    let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
-        return Ok(("demo".into(), demo_scene::model()?));
-    };
-    scene_file::trained(path, args.detail, context)
 }
 
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
@@ -137,8 +130,9 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
         return Ok(Seen { cameras: demo::views(args.size)?, photos: Vec::new(), whole: None });
     }
     let images = args.views.images.as_deref();
-    let file = args.views.cameras.clone().or_else(|| images.and_then(photos::camera_file));
-    if file.is_none() && args.views.orbit.is_none() {
+    let seen = &args.seen;
+    let file = seen.cameras.clone().or_else(|| images.and_then(photos::camera_file));
+    if file.is_none() && seen.orbit.is_none() {
         let what = match images {
             Some(folder) => format!(
                 "{}: no cameras.json, transforms.json or sparse/0 there or beside it; give \
@@ -149,27 +143,14 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
         };
         return Err(Failure::new(Exit::Usage, what));
     }
-    if images.is_some() && args.views.orbit.is_some() {
+    if images.is_some() && seen.orbit.is_some() {
         let what = "--orbit: photos have poses of their own; give --cameras, or no --images";
         return Err(Failure::new(Exit::Usage, what));
     }
-    let source = CameraArgs {
-        cameras: file,
-        orbit: args.views.orbit,
-        orbit_elevation: None,
-        orbit_radius: None,
-        orbit_fov: None,
-        orbit_up: None,
-        split: None,
-        every: args.views.every,
-        path_frames: None,
-        frames: None,
-        size: if images.is_some() { None } else { args.size },
-        stereo: None,
-        fov: None,
-        headset: None,
-    };
-    let views: Views = source.cameras(args.model.as_deref(), || SceneBounds::of(dense))?;
+    let size = if images.is_some() { None } else { args.size };
+    let source = CameraArgs { cameras: file, ..seen.source(size) };
+    let model = args.dense.model.as_deref();
+    let views: Views = source.cameras(model, || SceneBounds::of(dense))?;
     sight::check(dense, &views.cameras, context);
     let seen = match images {
         Some(folder) => {
@@ -183,7 +164,7 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
         }
         None => {
             views.warn(context);
-            let whole = source.whole(args.model.as_deref(), &views.cameras);
+            let whole = source.whole(model, &views.cameras);
             Seen { cameras: views.cameras, photos: Vec::new(), whole }
         }
     };
@@ -201,7 +182,7 @@ fn photographed(
     views.warn_of_selection(context);
     let photos = PhotoFolder::open(folder)?;
     let files = photos.of_views(&views.cameras)?;
-    if args.views.every.is_none() {
+    if args.seen.every.is_none() {
         photos.note_unused(&files, context);
     }
     let shown = photos::measured(&files, &views.cameras, &views.lenses, args.size)?;

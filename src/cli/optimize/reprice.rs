@@ -12,7 +12,7 @@ use super::super::invocation::Started;
 use super::super::{Cli, Command, Context, Exit, Failure, OrExit, out};
 use super::folder::{Folder, LAYOUT};
 use super::watch::Watched;
-use super::{Args, PowerArgs, existing, finish, free, interrupted, opened, record};
+use super::{Args, PowerArgs, finish, free, interrupted, opened, record};
 use powergs_core::run::FileStore;
 
 /// The part of `invocation.toml` that is needed.
@@ -33,16 +33,16 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
     let typed = Args { power, ..typed };
     let watched = Watched::new(context, 0.0);
     let mut campaign = opened(&typed, context, &watched)?;
-    let path = args.out.clone().unwrap_or_else(|| {
+    let path = args.run.out.clone().unwrap_or_else(|| {
         let path = PathBuf::from(format!("{}-repriced", from.display()));
-        if args.resume { path } else { free(path) }
+        if args.run.resume { path } else { free(path) }
     });
     // Before --force empties anything.
     apart(from, &path)?;
     let source = FileStore::new(from);
     campaign.can_reprice(&source)?;
     let folder = Folder::new(&path, &LAYOUT);
-    let _lock = folder.open(existing(args))?;
+    let _lock = folder.open(args.run.existing())?;
     let cameras = campaign.cameras.clone();
     let record = record::run_toml(&campaign)?;
     let run = campaign.reprice(&source, folder.store(), args.realise, &watched)?;
@@ -117,7 +117,7 @@ fn first_line(error: &clap::Error) -> String {
 
 /// Relative paths begin in the folder where they were typed.
 fn root(args: &mut Args, folder: &Path) {
-    let paths = [&mut args.model, &mut args.views.images, &mut args.views.cameras];
+    let paths = [&mut args.dense.model, &mut args.views.images, &mut args.seen.cameras];
     let files = args.compare.others.iter_mut().map(|(_, file)| file);
     for path in paths.into_iter().flatten().chain(&mut args.lpips_weights).chain(files) {
         *path = folder.join(&*path);

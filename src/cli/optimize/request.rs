@@ -18,22 +18,21 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
 
 /// What `args` ask for, checked.
 pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
-    let q = &args.quality;
-    let absolute = |psnr_db| Goal::Absolute { psnr_db, ssim: q.quality_ssim.unwrap_or(0.0) };
     let schedule = match (args.search.rhos.as_slice(), args.search.schedule) {
         ([], ScheduleArg::Five) => Schedule::FIVE,
         ([], ScheduleArg::Published) => Schedule::PUBLISHED,
         (rhos, _) => Schedule::listed(rhos).map_err(refused)?,
     };
     let goals = Goals {
-        goal: q
+        goal: args
+            .quality
             .quality
             .clone()
             .map(|quality| match quality {
                 Quality::Named(levels) => Goal::Levels(levels),
                 Quality::Share(share) => Goal::Share(share),
             })
-            .or(q.quality_db.map(absolute)),
+            .or_else(|| args.likeness.goal()),
         schedule,
         baselines: if args.compare.baselines { Baseline::ALL.to_vec() } else { Vec::new() },
         ratio_study: args.compare.study.contains(&StudyArg::Ratio),

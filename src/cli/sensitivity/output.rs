@@ -105,7 +105,7 @@ pub fn record(args: &Args, system: &System, sources: &[TraceFile]) -> Result<Str
 /// What decides the numbers besides the inputs.
 fn experiment(args: &Args) -> toml::Table {
     let mut table = toml::Table::new();
-    table.insert("display-fps".into(), args.fps.into());
+    table.insert("display-fps".into(), args.shown.fps.into());
     if args.assumptions {
         table.insert("varied".into(), "assumptions".into());
         return table;

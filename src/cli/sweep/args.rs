@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::cli::camera_file::{FrameRange, frame_range};
+use crate::cli::camera_file::FrameArgs;
 use crate::cli::chart_args::ChartArgs;
 use crate::cli::dram_model::DramModelArg;
+use crate::cli::inputs::SetArgs;
 use crate::cli::replay::display_rate;
 use crate::cli::shard_arg::ShardArg;
+use crate::cli::store_folder::RunArgs;
 use powergs_study::sweep::run::confirm::CONFIRMED_MAX;
 use powergs_study::sweep::run::{StandIn, SweepRequest};
 
@@ -60,12 +62,12 @@ pub struct Definition {
     /// Traces: files or patterns; in place of those in the sweep file
     #[arg(long, value_name = "PATTERN", num_args = 1..)]
     pub traces: Vec<String>,
-    /// Only frames A to B of each trace, B excluded, counted from 0: 0..24, 10.., ..5
-    #[arg(long, value_name = "A..B", value_parser = frame_range)]
-    pub frames: Option<FrameRange>,
-    /// Change a key of the base machine; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub sets: Vec<String>,
+    /// Only some frames
+    #[command(flatten)]
+    pub only: FrameArgs,
+    /// What is otherwise in the base machine
+    #[command(flatten)]
+    pub changes: SetArgs,
     /// Display rate, frames per second, in place of that of the sweep file
     #[arg(long, value_name = "RATE", value_parser = display_rate)]
     pub fps: Option<f64>,
@@ -87,8 +89,8 @@ impl Definition {
         SweepRequest {
             file: self.file.clone().unwrap_or_default(),
             traces: self.traces.clone(),
-            frames: self.frames.map(|f| (f.start, f.end)),
-            sets: self.sets.clone(),
+            frames: self.only.frames.map(|f| (f.start, f.end)),
+            sets: self.changes.sets.clone(),
             points: self.points,
             dram_model: self.dram_model.map(|model| model.key().to_owned()),
             display_fps: self.fps,
@@ -100,19 +102,14 @@ impl Definition {
 
 /// `sweep FILE`.
 #[derive(Debug, Clone, clap::Args)]
+#[command(mut_arg("out", |out| out.help("Folder of the sweep [default: reports/NAME]")))]
 pub struct SweepArgs {
     /// What the sweep is made of
     #[command(flatten)]
     pub definition: Definition,
-    /// Folder of the sweep [default: reports/NAME]
-    #[arg(long, short, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Finish the sweep that is in --out
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-    /// Throw away the results in --out
-    #[arg(long)]
-    pub force: bool,
+    /// Where it is
+    #[command(flatten)]
+    pub run: RunArgs,
     /// Say how many designs there are, and how long it would take
     #[arg(long)]
     pub dry_run: bool,

@@ -16,8 +16,7 @@ use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::search::search;
 use powergs_study::sweep::run::state;
 use powergs_study::sweep::run::{
-    Existing, OpenedSweep, Plan, ResultSink, Shard, SharedResults, StandIn, SweepFolder,
-    SweepWatch, work,
+    OpenedSweep, Plan, ResultSink, Shard, SharedResults, StandIn, SweepFolder, SweepWatch, work,
 };
 
 /// Runs the command.
@@ -40,7 +39,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     if args.dry_run {
         return dry_run::run(&mut sweep, most, memory, context);
     }
-    let path = folder(args.out.as_deref(), &sweep.name);
+    let path = folder(args.run.out.as_deref(), &sweep.name);
     let store = FileStore::new(&path);
     let shard = args.shard.map_or(Shard::WHOLE, |s| s.0);
     if (args.shard.is_some() || args.slurm.is_some()) && sweep.designs.is_adaptive() {
@@ -54,17 +53,12 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         let parts = SweepParts { args, sweep: &sweep, context };
         return slurm::run(asked, parts, &path, context);
     }
-    if args.resume && args.shard.is_none() && !path.join(state::FILE).exists() {
+    if args.run.resume && args.shard.is_none() && !path.join(state::FILE).exists() {
         let what = format!("{}: no sweep to resume; leave --resume out", path.display());
         return Err(Failure::new(Exit::Usage, what));
     }
-    let existing = match (args.resume, args.force) {
-        (true, _) => Existing::Resume,
-        (_, true) => Existing::Replace,
-        _ => Existing::Refuse,
-    };
     let part = args.shard.map(|s| s.0);
-    let mut folder = SweepFolder::open(&store, &sweep.state, existing, part)?;
+    let mut folder = SweepFolder::open(&store, &sweep.state, args.run.existing(), part)?;
     let finished = Finished::read(&store, &sweep.state);
     let finished = finished.filter(|finished| finish::is_whole(finished, most, &path));
     if let Some(finished) = finished {

@@ -8,7 +8,7 @@ use super::parts;
 use crate::cli::slurm::{Parts, flag};
 use crate::cli::{Context, Exit, Failure};
 use powergs_core::run::FileStore;
-use powergs_study::sweep::run::{Existing, OpenedSweep, folder};
+use powergs_study::sweep::run::{OpenedSweep, folder};
 
 /// The parts of a sweep.
 pub struct SweepParts<'a, 's> {
@@ -25,15 +25,15 @@ impl Parts for SweepParts<'_, '_> {
 
     fn arguments(&self) -> Vec<OsString> {
         let SweepArgs { definition, store, .. } = self.args;
-        let Definition { file, traces, frames, sets, points, dram_model, fps, display } =
+        let Definition { file, traces, only, changes, points, dram_model, fps, display } =
             definition;
         let mut words: Vec<OsString> = file.iter().map(OsString::from).collect();
         words.extend(traces.iter().map(|t| flag("traces", t)));
-        words.extend(frames.map(|f| {
+        words.extend(only.frames.map(|f| {
             let end = f.end.map_or(String::new(), |end| end.to_string());
             flag("frames", format!("{}..{end}", f.start))
         }));
-        words.extend(sets.iter().map(|s| flag("set", s)));
+        words.extend(changes.sets.iter().map(|s| flag("set", s)));
         words.extend(points.map(|n| flag("points", n.to_string())));
         words.extend(fps.map(|fps| flag("fps", fps.to_string())));
         words.extend(display.iter().map(|name| flag("display", name)));
@@ -48,8 +48,8 @@ impl Parts for SweepParts<'_, '_> {
     }
 
     fn begin(&self, out: &Path) -> Result<(), Failure> {
-        let existing = if self.args.resume { Existing::Resume } else { Existing::Refuse };
-        Ok(folder::begin(&FileStore::new(out), &self.sweep.state, existing)?)
+        let (state, existing) = (&self.sweep.state, self.args.run.existing());
+        Ok(folder::begin(&FileStore::new(out), state, existing)?)
     }
 
     fn end(self, out: &Path) -> Result<Exit, Failure> {
