@@ -164,7 +164,7 @@ fn the_report_is_complete_and_fits_a_terminal() {
     let root = tempfile::tempdir().expect("a folder");
     let out = root.path().join("s");
     let csv = root.path().join("table.csv");
-    let keys = "dram.channels,geometry.test,vru.*,dram.mapping,area.*,vru.cores";
+    let keys = "dram.channels,geometry.test,vru.*,dram.latency,area.*,vru.cores";
     let run = sensitivity("gscore", &["--keys", keys], &out)
         .args(["--csv".as_ref(), csv.as_os_str()])
         .assert()
@@ -174,7 +174,7 @@ fn the_report_is_complete_and_fits_a_terminal() {
     let wide: Vec<&str> = lines.filter(|l| l.chars().count() > 80).collect();
     assert!(wide.is_empty(), "{wide:#?}");
     for word in
-        ["vru.cores", "aabb", "Dead on these frames", "dram.mapping", "move only energy or area"]
+        ["vru.cores", "aabb", "Dead on these frames", "dram.latency", "move only energy or area"]
     {
         assert!(said.contains(word), "{word}: {said}");
     }
