@@ -97,70 +97,70 @@ pub struct Global {
 pub enum Command {
     /// Simulate a trace on a machine: frame rate, stalls, energy, power
     #[command(after_help = replay::EXAMPLES)]
-    Replay(replay::Args),
+    Replay(replay::ReplayArgs),
     /// Compare machines on the same trace, or finished reports, side by side
     #[command(after_help = compare::EXAMPLES)]
-    Compare(compare::Args),
+    Compare(compare::CompareCommandArgs),
     /// Simulate many designs on some traces: a table of results
     #[command(after_help = sweep::EXAMPLES)]
-    Sweep(sweep::Args),
+    Sweep(sweep::SweepCommandArgs),
     /// Analyse a sweep: Pareto front, knee, marginal values, stability
     #[command(after_help = pareto::EXAMPLES)]
-    Pareto(pareto::Args),
+    Pareto(pareto::ParetoArgs),
     /// Vary every parameter, or every assumption, and report the effect
     #[command(after_help = sensitivity::EXAMPLES)]
-    Sensitivity(sensitivity::Args),
+    Sensitivity(sensitivity::SensitivityArgs),
     /// Check the simulator against published numbers
     #[command(after_help = validate::EXAMPLES)]
-    Validate(validate::Args),
+    Validate(validate::ValidateArgs),
     /// Render a scene and record a trace of it
     #[command(after_help = extract::EXAMPLES)]
-    Extract(extract::Args),
+    Extract(extract::ExtractArgs),
     /// Render views of a scene to PNG
     #[command(after_help = render::EXAMPLES)]
-    Render(render::Args),
+    Render(render::RenderArgs),
     /// Make a synthetic scene that behaves like a trained one
     #[command(after_help = synth::EXAMPLES)]
-    Synth(synth::Args),
+    Synth(synth::SynthArgs),
     /// Inspect trained models and convert them
     #[command(after_help = scene::EXAMPLES)]
-    Scene(scene::Args),
+    Scene(scene::SceneArgs),
     /// Inspect camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
-    Camera(camera::Args),
+    Camera(camera::CameraCommandArgs),
     /// Inspect traces, check them, dump frames as CSV
     #[command(after_help = trace::EXAMPLES)]
-    Trace(trace::Args),
+    Trace(trace::TraceCommandArgs),
     /// Minimise power at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
-    Optimize(Box<optimize::Args>),
+    Optimize(Box<optimize::OptimizeArgs>),
     /// Search a model and a machine together: the fewest watts at a given quality
     #[command(after_help = codesign::EXAMPLES)]
-    Codesign(Box<codesign::Args>),
+    Codesign(Box<codesign::CodesignArgs>),
     /// Fit power curves to samples that reach a quality and find their minimum
     #[command(after_help = fit::EXAMPLES)]
-    Fit(fit::Args),
+    Fit(fit::FitArgs),
     /// Apply the foveated colour filter D22 to a picture
     #[command(after_help = filter::EXAMPLES)]
-    Filter(filter::Args),
+    Filter(filter::FilterArgs),
     /// Compare two pictures: PSNR, SSIM, FLIP, HVSQ
     #[command(after_help = quality::EXAMPLES)]
-    Quality(quality::Args),
+    Quality(quality::PictureQualityArgs),
     /// Report the power that a picture takes on a display
     #[command(after_help = display::EXAMPLES)]
-    Display(display::Args),
+    Display(display::DisplayArgs),
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
-    Arch(arch::Args),
+    Arch(arch::ArchArgs),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
-    Dram(dram::Args),
+    Dram(dram::DramArgs),
     /// Define a statistic, key, column, assumption, source or term
     #[command(after_help = explain::EXAMPLES)]
-    Explain(explain::Args),
+    Explain(explain::ExplainArgs),
     /// Print a completion script for a shell
     #[command(after_help = completions::EXAMPLES)]
-    Completions(completions::Args),
+    Completions(completions::CompletionsArgs),
 }
 
 impl Command {

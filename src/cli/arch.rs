@@ -42,7 +42,7 @@ powergs-sim explain KEY defines every key.";
 
 /// Arguments of `arch`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct ArchArgs {
     /// What to do
     #[command(subcommand)]
     pub verb: Verb,
@@ -153,7 +153,7 @@ impl Kind {
 }
 
 /// Runs `arch`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ArchArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.verb {
         Verb::List => list(context),
         Verb::Show { arch, sets, cost: true, .. } => show_cost(arch, sets, context),
@@ -260,7 +260,7 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
             (false, _) => file.own().into(),
             (true, Kind::Machine) => {
                 let machine = Machine::parse(&file.text).usage(&file.origin)?;
-                layer::without(&file.text, |key| machine.lacks(key).is_some())
+                layer::without(&file.text, |key| machine.leaves_out(key))
             }
             (true, _) => layer::without_places(&file.text),
         };

@@ -26,7 +26,7 @@ Examples:
 
 /// Inspect camera files, convert them, make paths
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct CameraCommandArgs {
     #[command(subcommand)]
     command: CameraCommand,
 }
@@ -54,7 +54,7 @@ enum CameraCommand {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &CameraCommandArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         CameraCommand::Info { file, size } => {
             let facts = facts(&open_cameras(file, *size, None)?);

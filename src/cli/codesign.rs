@@ -63,7 +63,7 @@ The result is runs/both/summary.md, with joint.ply and joint.toml:
 /// The arguments of `codesign`.
 #[derive(Debug, clap::Args)]
 #[command(mut_arg("out", |out| out.help("Folder of the run [default: runs/NAME-codesign]")))]
-pub struct Args {
+pub struct CodesignArgs {
     /// A generated scene with a small space, in a few minutes
     #[arg(long, conflicts_with_all = ["model", "cameras", "orbit", "detail", "every"])]
     pub demo: bool,
@@ -154,7 +154,7 @@ pub struct SearchArgs {
 }
 
 /// Runs `codesign`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &CodesignArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     let space = inputs::space(args)?;
     let watched = Watched::new(context);

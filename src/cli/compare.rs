@@ -9,7 +9,7 @@ use serde_json::json;
 use super::chart_args::ChartArgs;
 use super::inputs::{SetArgs, TraceArgs};
 use super::invocation::Started;
-use super::progress::{Counts, Watched};
+use super::progress::{ProgressCounts, WatchedProgress};
 use super::replay::DEFAULT_DISPLAY;
 use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
@@ -38,7 +38,7 @@ const RECORD_MAX: u64 = 1 << 28;
 
 /// The arguments of `compare`.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct CompareCommandArgs {
     /// Two or more machines (names of `arch list`, or TOML files), then a trace, or several
     /// for speed-ups with their geometric mean; or two or more report folders
     #[arg(required = true, num_args = 2.., value_name = "ITEM")]
@@ -79,7 +79,7 @@ fn ratio(text: &str) -> Result<f64, String> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     // What is given is looked at before anything is simulated.
     let given = args.report.out.is_some().then(|| args.report.folder("")).transpose()?;
@@ -150,7 +150,7 @@ fn is_missing_folder(path: &Path) -> bool {
 }
 
 /// Whether the others are fast enough.
-fn goal(args: &Args, comparison: &Comparison) -> Result<Exit, Failure> {
+fn goal(args: &CompareCommandArgs, comparison: &Comparison) -> Result<Exit, Failure> {
     let Some(wanted) = args.at_least else { return Ok(Exit::Done) };
     let Some(least) = comparison.least_speedup() else {
         let what = "--at-least: one of the sides has no frame time";
@@ -167,7 +167,7 @@ fn goal(args: &Args, comparison: &Comparison) -> Result<Exit, Failure> {
 }
 
 fn write(
-    args: &Args,
+    args: &CompareCommandArgs,
     folder: &RunFolder,
     comparison: &Comparison,
     drawing: &Drawing,
@@ -202,7 +202,7 @@ fn write_all(
 }
 
 /// Finished reports.
-fn of_folders(args: &Args) -> Result<Vec<Side>, Failure> {
+fn of_folders(args: &CompareCommandArgs) -> Result<Vec<Side>, Failure> {
     if !args.changes.sets.is_empty() || args.shown.only.frames.is_some() {
         let what = "--set, --frames: finished reports are not simulated again";
         return Err(Failure::new(Exit::Usage, what));
@@ -240,7 +240,7 @@ fn parted(items: &[PathBuf]) -> (&[PathBuf], &[PathBuf]) {
 
 /// Simulates every trace on every machine, a list of sides a trace; without traces of which not
 /// even one frame was done.
-fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> {
+fn simulated(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<Side>>, Failure> {
     let (machines, traces) = parted(&args.items);
     let usage = "compare MACHINE MACHINE... TRACE..., or two report folders";
     if let Some(trace) = machines.iter().find(|path| inputs::is_trace(path)) {
@@ -273,7 +273,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> 
         System::load(&spec, &DiskFiles)
     };
     let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
-    let watch = Watched::new(context, Counts::Frames);
+    let watch = WatchedProgress::new(context, ProgressCounts::Frames);
     let mut all = Vec::new();
     for source in &mut sources {
         let runs = on_each(&systems, args.shown.fps, source, &watch)?;

@@ -34,7 +34,7 @@ Completed are commands, flags, their values, names of `arch list`, keys behind
 
 /// Arguments of `completions`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct CompletionsArgs {
     /// The shell
     #[arg(value_enum)]
     pub shell: Supported,
@@ -52,7 +52,7 @@ pub enum Supported {
 }
 
 /// Prints the script.
-pub fn run(args: &Args, _context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &CompletionsArgs, _context: &Context) -> Result<Exit, Failure> {
     let shell: &dyn EnvCompleter = match args.shell {
         Supported::Bash => &Bash,
         Supported::Zsh => &Zsh,

@@ -19,14 +19,14 @@ powergs-sim arch list names the presets; `explain` defines the keys of a panel."
 
 /// The arguments of `display`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct DisplayArgs {
     /// The picture and the panel.
     #[command(flatten)]
     pub shown: PictureArgs,
 }
 
 /// Runs `display`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &DisplayArgs, context: &Context) -> Result<Exit, Failure> {
     let display = inputs::display(&args.shown.preset)?;
     let picture = args.shown.read(0, context)?;
     let mean = picture.mean_linear_rgb();

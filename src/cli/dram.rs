@@ -30,7 +30,7 @@ powergs-sim arch list names the devices; docs/dram.md has the rules.";
 
 /// Arguments of `dram`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct DramArgs {
     /// Address trace; - for standard input
     #[arg(value_name = "TRACE")]
     pub trace: PathBuf,
@@ -64,7 +64,7 @@ pub enum MappingName {
 }
 
 /// Runs `dram`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &DramArgs, context: &Context) -> Result<Exit, Failure> {
     let file = read("DRAM device", &args.device, DRAM, None)?;
     let mut device = Device::parse_with(&file.text, &args.sets).usage(&file.origin)?;
     if let Some(mapping) = args.mapping {
@@ -87,11 +87,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// Streams the trace through the device; `None` after Ctrl-C.
-fn simulate(args: &Args, device: &Device, context: &Context) -> Result<Option<StreamRun>, Failure> {
+fn simulate(
+    args: &DramArgs,
+    device: &Device,
+    context: &Context,
+) -> Result<Option<StreamRun>, Failure> {
     let shown = args.trace.display();
     let (input, kib) = open(args)?;
     let progress = Progress::new(context, kib, "KiB");
-    let mut requests = Requests::new(Counted { inner: input, bytes: 0, progress: &progress });
+    let mut requests = Requests::new(DramCounted { inner: input, bytes: 0, progress: &progress });
     let cancelled = || context.is_cancelled();
     let (capacity, mut all, mut beyond) = (device.capacity(), 0u64, 0u64);
     let counted = requests.by_ref().inspect(|request| {
@@ -126,7 +130,7 @@ fn simulate(args: &Args, device: &Device, context: &Context) -> Result<Option<St
 }
 
 /// The trace and its size in KiB; 0 if that is not known.
-fn open(args: &Args) -> Result<(Box<dyn BufRead>, u64), Failure> {
+fn open(args: &DramArgs) -> Result<(Box<dyn BufRead>, u64), Failure> {
     if args.trace.as_os_str() == "-" {
         return Ok((Box::new(io::stdin().lock()), 0));
     }
@@ -140,19 +144,19 @@ fn open(args: &Args) -> Result<(Box<dyn BufRead>, u64), Failure> {
 }
 
 /// Moves the progress bar with the bytes that are read.
-struct Counted<'a> {
+struct DramCounted<'a> {
     inner: Box<dyn BufRead>,
     bytes: u64,
     progress: &'a Progress,
 }
 
-impl io::Read for Counted<'_> {
+impl io::Read for DramCounted<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         self.inner.read(buffer)
     }
 }
 
-impl BufRead for Counted<'_> {
+impl BufRead for DramCounted<'_> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         self.inner.fill_buf()
     }

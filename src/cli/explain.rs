@@ -19,14 +19,14 @@ Examples:
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct ExplainArgs {
     /// A statistic (`power_w.total`), a key (`vru.cores`), the start of several (`dram`), a
     /// column of a table (`busy`), an assumption (`A26`), a source (`powergs`), a term (`knee`)
     pub name: String,
 }
 
 /// Prints what is known about a name.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ExplainArgs, context: &Context) -> Result<Exit, Failure> {
     let entries = entries();
     let found = find(&entries, &args.name).map_err(|e| Failure::new(Exit::Usage, e))?;
     if context.global.json {

@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 
 use super::gaze::{note_default, note_missing};
 use super::output_file::OutputArgs;
-use super::progress::{Counts, Watched};
+use super::progress::{ProgressCounts, WatchedProgress};
 use super::scene_file::{Shown, ShownArgs};
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
@@ -34,7 +34,7 @@ Then: powergs-sim replay scene.bin";
 
 /// The arguments of `extract`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct ExtractArgs {
     /// The trace.
     #[command(flatten)]
     pub to: OutputArgs,
@@ -44,7 +44,7 @@ pub struct Args {
 }
 
 /// Runs `extract`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ExtractArgs, context: &Context) -> Result<Exit, Failure> {
     let output = args.to.file()?;
     let (scene, cameras) = args.shown.open(context)?;
     let gazes = args.shown.gaze.of_views(&cameras)?;
@@ -71,7 +71,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     frames.allow(context.global.memory);
     let file = temporary(output)
         .or_exit(Exit::Usage, format_args!("{}: cannot be written", output.display()))?;
-    let watch = Watched::new(context, Counts::Frames);
+    let watch = WatchedProgress::new(context, ProgressCounts::Frames);
     let trace = extract(&mut frames, &header, BufWriter::new(file), &watch);
     let trace = trace.map_err(|error| match error {
         RunError::Output { message, .. } => {

@@ -21,7 +21,7 @@ This is the colour filter of Duinkharjav et al. 2022; docs/metrics.md has it.";
 
 /// The arguments of `filter`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct FilterArgs {
     /// The picture and the panel.
     #[command(flatten)]
     pub shown: PictureArgs,
@@ -60,7 +60,7 @@ fn beside(image: &Path) -> PathBuf {
 const PIXEL: u64 = 16;
 
 /// Runs `filter`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &FilterArgs, context: &Context) -> Result<Exit, Failure> {
     let output = args.output.clone().unwrap_or_else(|| beside(&args.shown.image));
     args.overwrite.check(&output)?;
     let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;

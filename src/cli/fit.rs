@@ -27,7 +27,7 @@ out, and display_spent_w counts in place of display_w where it is given.";
 
 /// The arguments of `fit`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct FitArgs {
     /// The table of samples: CSV
     pub samples: PathBuf,
     /// Draw samples, curves and optimum: a PNG, SVG or PDF file
@@ -42,7 +42,7 @@ pub struct Args {
 }
 
 /// Runs `fit`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &FitArgs, context: &Context) -> Result<Exit, Failure> {
     args.output.iter().try_for_each(|path| args.overwrite.check(path))?;
     let name = args.samples.display();
     let file = File::open(&args.samples).or_exit(Exit::BadInput, &name)?;

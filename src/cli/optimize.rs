@@ -52,7 +52,7 @@ The result is runs/snow/final.ply, and its trace for the simulator:
 
 /// The arguments of `optimize`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct OptimizeArgs {
     /// A generated scene, end to end in a minute or so
     #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "detail"])]
     pub demo: bool,
@@ -81,7 +81,7 @@ pub struct Args {
     pub keep: KeepArg,
     /// Which views there are, and what they should look like.
     #[command(flatten)]
-    pub views: ViewArgs,
+    pub views: OptimizeViewArgs,
     /// Their cameras.
     #[command(flatten)]
     pub seen: TrainingViewArgs,
@@ -93,7 +93,7 @@ pub struct Args {
     pub size: Option<(u32, u32)>,
     /// How good the result must be.
     #[command(flatten)]
-    pub quality: QualityArgs,
+    pub quality: OptimizeQualityArgs,
     /// The same in numbers.
     #[command(flatten)]
     pub likeness: LikenessArgs,
@@ -102,7 +102,7 @@ pub struct Args {
     pub power: PowerArgs,
     /// How it is searched.
     #[command(flatten)]
-    pub search: SearchArgs,
+    pub search: OptimizeSearchArgs,
     /// Also LPIPS of every model, mean over the test views, with the weights in this safetensors
     /// file; docs/metrics.md says how to make it
     #[arg(hide_short_help = true, long, value_name = "FILE", display_order = BEHIND_SETTINGS)]
@@ -171,7 +171,7 @@ pub struct FoveaArgs {
 /// Which views there are, and what they should look like.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Views")]
-pub struct ViewArgs {
+pub struct OptimizeViewArgs {
     /// Photos; their poses are in --cameras, or in a cameras.json, transforms.json or COLMAP's
     /// sparse/0 beside them
     #[arg(long, value_name = "DIR", conflicts_with = "reference")]
@@ -215,7 +215,7 @@ fn power_views(text: &str) -> Result<PowerViews, String> {
 /// How good the result must be.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Quality")]
-pub struct QualityArgs {
+pub struct OptimizeQualityArgs {
     /// H, M or L: 99, 98 or 97 % of the PSNR and SSIM of the dense model with photos; 40, 37 or
     /// 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against its own renders. Several make a model
     /// each, the lower ones from the higher: H,M,L. With photos also a share, 0 to 1 [default: M]
@@ -285,7 +285,7 @@ pub struct PowerArgs {
 /// How it is searched.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Search")]
-pub struct SearchArgs {
+pub struct OptimizeSearchArgs {
     /// Ratios of pruned Gaussians to sample, ascending: 0,0.2,0.4 [default: five, both ends of the
     /// curve and then around its minimum]
     #[arg(hide_short_help = true)]
@@ -347,7 +347,7 @@ fn named_file(text: &str) -> Result<(String, PathBuf), String> {
 }
 
 /// Runs `optimize`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     if let Some(from) = &args.reprice {
         return reprice::run(from, args, started, context);
@@ -386,7 +386,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// What `args` ask for, checked and opened.
-fn opened(args: &Args, context: &Context, watched: &Watched<'_>) -> Result<Campaign, Failure> {
+fn opened(
+    args: &OptimizeArgs,
+    context: &Context,
+    watched: &Watched<'_>,
+) -> Result<Campaign, Failure> {
     let settings = request::settings(args)?;
     let goals = request::goals(args, &settings)?;
     let request = inputs::request(args, context, settings, goals)?;
@@ -404,7 +408,7 @@ fn interrupted(path: &Path, context: &Context) -> Exit {
 }
 
 /// Where a run is without --out. The demonstration starts anew beside its last run.
-fn place(args: &Args, name: &str) -> PathBuf {
+fn place(args: &OptimizeArgs, name: &str) -> PathBuf {
     let first = Path::new("runs").join(name);
     if args.demo && !args.run.resume { free(first) } else { first }
 }

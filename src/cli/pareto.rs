@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::chart_args::ChartArgs;
 use super::compare::watts;
 use super::output_file::Overwrite;
-use super::sweep::confirm::{self, Confirm};
+use super::sweep::confirm::{self, SweepConfirm};
 use super::{Context, Exit, Failure, OrExit, out};
 use folder::{FinishedSweep, Sources};
 use powergs_base::quantity::Watts;
@@ -37,7 +37,7 @@ an HTML report to DIR/analysis.";
 
 /// The arguments of `pareto`.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ParetoArgs {
     /// The folder of a sweep, with its results.csv
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
@@ -106,7 +106,7 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ParetoArgs, context: &Context) -> Result<Exit, Failure> {
     let typed: Vec<String> =
         std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
     let Some(answer) = answer(args, &typed, context)? else { return Ok(Exit::Interrupted) };
@@ -171,7 +171,7 @@ impl OfSweep {
         Ok(table)
     }
 
-    /// Confirms designs; see [`Confirm::run`].
+    /// Confirms designs; see [`SweepConfirm::run`].
     ///
     /// # Errors
     /// [`Unanswered`].
@@ -181,7 +181,7 @@ impl OfSweep {
         path: &Path,
         sweep: &mut OpenedSweep<'_>,
         plan: &Plan,
-        confirm: Confirm<'_>,
+        confirm: SweepConfirm<'_>,
         context: &Context,
     ) -> Result<Option<(Plan, Confirmation)>, Unanswered> {
         let mut table = self.table(path, plan.excluded.values().sum())?;
@@ -255,7 +255,11 @@ impl From<Failure> for Unanswered {
 }
 
 /// Reads, analyses and writes; `None` if the user pressed Ctrl-C.
-fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
+fn answer(
+    args: &ParetoArgs,
+    typed: &[String],
+    context: &Context,
+) -> Result<Option<Answer>, Failure> {
     args.csv.iter().try_for_each(|path| args.overwrite.check(path))?;
     let sweep = FinishedSweep::open(&args.folder)?;
     let question = question::question(args, &sweep.facts)?;

@@ -102,7 +102,7 @@ impl Drop for Progress {
 
 /// What a bar counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Counts {
+pub enum ProgressCounts {
     /// Frames.
     Frames,
     /// Frames, once for every machine that they go through.
@@ -110,32 +110,36 @@ pub enum Counts {
 }
 
 /// Ctrl-C and a bar, for the engine.
-pub struct Watched<'a> {
+pub struct WatchedProgress<'a> {
     context: &'a Context,
     progress: Progress,
-    counts: Counts,
+    counts: ProgressCounts,
     /// Whether the bar begins again with every session.
     by_session: bool,
 }
 
-impl<'a> Watched<'a> {
+impl<'a> WatchedProgress<'a> {
     /// A bar for each session.
-    pub fn new(context: &'a Context, counts: Counts) -> Watched<'a> {
-        Watched { by_session: true, ..Watched::of_total(context, 0, counts) }
+    pub fn new(context: &'a Context, counts: ProgressCounts) -> WatchedProgress<'a> {
+        WatchedProgress { by_session: true, ..WatchedProgress::of_total(context, 0, counts) }
     }
 
     /// One bar for `total` of what is counted.
-    pub fn of_total(context: &'a Context, total: u64, counts: Counts) -> Watched<'a> {
+    pub fn of_total(
+        context: &'a Context,
+        total: u64,
+        counts: ProgressCounts,
+    ) -> WatchedProgress<'a> {
         let what = match counts {
-            Counts::Frames => "frames",
-            Counts::Simulations => "frames on machines",
+            ProgressCounts::Frames => "frames",
+            ProgressCounts::Simulations => "frames on machines",
         };
         let progress = Progress::new(context, total, what);
-        Watched { context, progress, counts, by_session: false }
+        WatchedProgress { context, progress, counts, by_session: false }
     }
 }
 
-impl Watch for Watched<'_> {
+impl Watch for WatchedProgress<'_> {
     fn is_cancelled(&self) -> bool {
         self.context.is_cancelled()
     }
@@ -143,20 +147,20 @@ impl Watch for Watched<'_> {
     fn begins(&self, frames: u64, simulations: u64) {
         if self.by_session {
             self.progress.restart(match self.counts {
-                Counts::Frames => frames,
-                Counts::Simulations => simulations,
+                ProgressCounts::Frames => frames,
+                ProgressCounts::Simulations => simulations,
             });
         }
     }
 
     fn simulated(&self, n: u64) {
-        if self.counts == Counts::Simulations {
+        if self.counts == ProgressCounts::Simulations {
             self.progress.advance(n);
         }
     }
 
     fn frame_done(&self) {
-        if self.counts == Counts::Frames {
+        if self.counts == ProgressCounts::Frames {
             self.progress.advance(1);
         }
     }

@@ -23,7 +23,7 @@ docs/metrics.md defines every number.";
 
 /// The arguments of `quality`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct PictureQualityArgs {
     /// A picture: PNG, JPEG or WebP
     pub picture: PathBuf,
     /// What it should look like, of the same size
@@ -57,7 +57,7 @@ fn density(text: &str) -> Result<f64, String> {
 }
 
 /// A measure of the picture.
-struct Measured {
+struct PictureMeasured {
     /// Its name in JSON.
     name: String,
     value: Value,
@@ -65,15 +65,19 @@ struct Measured {
     shown: (&'static str, String),
 }
 
-fn measured(name: impl Into<String>, value: Value, shown: (&'static str, String)) -> Measured {
-    Measured { name: name.into(), value, shown }
+fn measured(
+    name: impl Into<String>,
+    value: Value,
+    shown: (&'static str, String),
+) -> PictureMeasured {
+    PictureMeasured { name: name.into(), value, shown }
 }
 
 /// Memory for a pixel of the maps that measures make, bytes.
 const PIXEL: u64 = 100;
 
 /// Runs `quality`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &PictureQualityArgs, context: &Context) -> Result<Exit, Failure> {
     let (picture, reference) =
         picture_file::read_pair(&args.picture, &args.reference, args.background, PIXEL, context)?;
     let like = likeness(&picture, &reference);
@@ -99,7 +103,11 @@ fn error(value: f64) -> String {
 }
 
 /// LPIPS, if there are weights for it.
-fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<Measured>, Failure> {
+fn lpips(
+    args: &PictureQualityArgs,
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<Option<PictureMeasured>, Failure> {
     let Some(path) = &args.lpips_weights else { return Ok(None) };
     let (lpips, _) = lpips_file::read(path)?;
     let value = lpips.distance(picture, reference);
@@ -108,7 +116,11 @@ fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<M
     Ok(Some(measured("lpips", json!(value), line)))
 }
 
-fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measured>, Failure> {
+fn hvsq(
+    args: &PictureQualityArgs,
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<Vec<PictureMeasured>, Failure> {
     if args.hvsq.is_empty() {
         return Ok(Vec::new());
     }
@@ -124,7 +136,11 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measu
 }
 
 /// HVSQ of the regions around a gaze, each at its pooling size.
-fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measured>, Failure> {
+fn regional(
+    args: &PictureQualityArgs,
+    picture: &Picture,
+    reference: &Picture,
+) -> Result<Vec<PictureMeasured>, Failure> {
     let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
     let size = [picture.width, picture.height];
     let map = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
@@ -141,10 +157,10 @@ fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<M
 }
 
 fn print(
-    args: &Args,
+    args: &PictureQualityArgs,
     context: &Context,
     picture: &Picture,
-    rows: Vec<Measured>,
+    rows: Vec<PictureMeasured>,
 ) -> Result<Exit, Failure> {
     if !context.global.json {
         let mut page = Document::new();

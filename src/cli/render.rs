@@ -28,7 +28,7 @@ Examples:
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct RenderArgs {
     /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG
     /// per view
     #[arg(long, short, value_name = "PATH")]
@@ -51,7 +51,7 @@ pub struct Args {
 const PIXEL: u64 = 40;
 
 /// Runs `render`.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     if args.levels && !args.shown.gaze.is_given() {
         let what = "--levels: say where somebody looks, with --gaze, --gaze-cycle or --gaze-stream";
         return Err(Failure::new(Exit::Usage, what));
@@ -113,7 +113,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// The views, and where the viewer looks in each: the place in the sequence counts, also where only
 /// one of them is rendered.
 fn chosen(
-    args: &Args,
+    args: &RenderArgs,
     mut cameras: Vec<Camera>,
 ) -> Result<(Vec<Camera>, Vec<ScreenGaze>), Failure> {
     let mut gazes = args.shown.gaze.of_views(&cameras)?;

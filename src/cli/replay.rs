@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::chart_args::ChartArgs;
 use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
-use super::progress::{Counts, Watched};
+use super::progress::{ProgressCounts, WatchedProgress};
 use super::run_folder::{ReportArgs, RunFolder};
 use super::timeline::{self, TimelineRequest};
 use super::{Context, Exit, Failure, OrExit, inputs, out, output_file, sight};
@@ -42,7 +42,7 @@ pub const DEFAULT_DISPLAY: &str = "oled-powergs";
 
 /// The arguments of `replay`.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ReplayArgs {
     /// The trace, as written by `extract`
     pub trace: PathBuf,
     /// Machine: a name of `arch list`, or a TOML file
@@ -149,7 +149,7 @@ impl Model {
 }
 
 /// The machine or the published model, with the display.
-fn model(args: &Args) -> Result<Model, Failure> {
+fn model(args: &ReplayArgs) -> Result<Model, Failure> {
     let display = Some(args.display.clone());
     if args.model == ModelArg::Cycle {
         if args.reference_padding {
@@ -191,7 +191,7 @@ fn dump_dram(path: &Path, trace: &mut TraceFile, model: &Model) -> Result<(), Fa
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ReplayArgs, context: &Context) -> Result<Exit, Failure> {
     args.dump_dram.iter().try_for_each(|path| output_file::check(path, args.report.force))?;
     let model = model(args)?;
     let mut trace = inputs::trace(&args.trace, args.shown.only.frames, context)?;
@@ -214,7 +214,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         dump_dram(path, &mut trace, &model)?;
     }
     let folder = folder(args, &facts)?;
-    let run = replay.run(&mut trace, &Watched::new(context, Counts::Frames))?;
+    let run = replay.run(&mut trace, &WatchedProgress::new(context, ProgressCounts::Frames))?;
     if let Some(first) = run.frames.first() {
         let seen = run.frames.iter().map(|frame| frame.counters.intersecting_points).max();
         sight::warn(seen.unwrap_or(0), first.counters.points, context);
@@ -234,7 +234,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 ///
 /// # Errors
 /// Exit code 2.
-pub fn folder(args: &Args, facts: &Facts) -> Result<RunFolder, Failure> {
+pub fn folder(args: &ReplayArgs, facts: &Facts) -> Result<RunFolder, Failure> {
     let name = format!("{}-{}", facts.trace.name, facts.machine.name);
     args.report.folder(&name)
 }
@@ -248,7 +248,7 @@ pub type WriteTimeline<'a> =
 /// # Errors
 /// Exit code 2: the folder cannot be written; 4: a defect.
 pub fn publish(
-    args: &Args,
+    args: &ReplayArgs,
     context: &Context,
     started: &Started,
     folder: RunFolder,
@@ -272,7 +272,7 @@ pub fn publish(
     Ok(if run.incomplete() { Exit::Interrupted } else { Exit::Done })
 }
 
-fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(), Failure> {
+fn print(args: &ReplayArgs, context: &Context, run: &Run, folder: &Path) -> Result<(), Failure> {
     if context.global.json {
         return out::json(&report::json::report(run));
     }
@@ -286,7 +286,7 @@ fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(),
 
 /// The same command with the step that is advised. Where none is, a sweep of the preset's units, or
 /// the other model.
-fn next_command(args: &Args, advice: Option<Advice<'_>>) -> String {
+fn next_command(args: &ReplayArgs, advice: Option<Advice<'_>>) -> String {
     let step: &[String] = match advice {
         Some(Advice::Take(step) | Advice::Fastest(step)) => &step.sets,
         Some(Advice::AreaOnly(_) | Advice::Nothing) | None => &[],

@@ -41,7 +41,7 @@ impl ReportArgs {
 #[derive(Debug)]
 pub struct RunFolder {
     staging: TempDir,
-    target: Target,
+    target: RunFolderTarget,
     kind: Kind,
     /// Held while the folder is written: a hidden folder without it is one that a killed process
     /// left.
@@ -61,7 +61,7 @@ enum Kind {
 
 /// Where the folder will be.
 #[derive(Debug, Clone)]
-enum Target {
+enum RunFolderTarget {
     /// Where the user said.
     Given { path: PathBuf, force: bool },
     /// The first free one of `path`, `path-2`, `path-3`, …
@@ -81,8 +81,8 @@ impl RunFolder {
     /// and, whatever the flags, a folder with files that are not of a report.
     pub fn create(out: Option<&Path>, name: &str, force: bool) -> Result<RunFolder, Failure> {
         let target = match out {
-            Some(path) => Target::Given { path: path.to_owned(), force },
-            None => Target::Counted(Path::new("reports").join(file_name(name))),
+            Some(path) => RunFolderTarget::Given { path: path.to_owned(), force },
+            None => RunFolderTarget::Counted(Path::new("reports").join(file_name(name))),
         };
         RunFolder::begin(target, Kind::Report)
     }
@@ -91,14 +91,17 @@ impl RunFolder {
     ///
     /// Refused with [`Exit::Usage`]: a folder that holds anything else.
     pub fn analysis(path: &Path) -> Result<RunFolder, Failure> {
-        RunFolder::begin(Target::Given { path: path.to_owned(), force: true }, Kind::Analysis)
+        RunFolder::begin(
+            RunFolderTarget::Given { path: path.to_owned(), force: true },
+            Kind::Analysis,
+        )
     }
 
     /// The folder of a model.
     ///
     /// Refused with [`Exit::Usage`] as by [`RunFolder::check_model`].
     pub fn model(path: &Path, force: bool) -> Result<RunFolder, Failure> {
-        RunFolder::begin(Target::Given { path: path.to_owned(), force }, Kind::Model)
+        RunFolder::begin(RunFolderTarget::Given { path: path.to_owned(), force }, Kind::Model)
     }
 
     /// Refuses a place for a model, before any work is done: a file, a model without `force`, and,
@@ -107,8 +110,8 @@ impl RunFolder {
         check_given(path, force, Kind::Model)
     }
 
-    fn begin(target: Target, kind: Kind) -> Result<RunFolder, Failure> {
-        if let Target::Given { path, force } = &target {
+    fn begin(target: RunFolderTarget, kind: Kind) -> Result<RunFolder, Failure> {
+        if let RunFolderTarget::Given { path, force } = &target {
             check_given(path, *force, kind)?;
         }
         let path = target.path();
@@ -147,13 +150,13 @@ impl RunFolder {
         let kind = self.kind;
         sync_all(self.staging.path()).map_err(|e| kind.cannot(self.target.path(), &e))?;
         match &self.target {
-            Target::Given { path, force } => {
+            RunFolderTarget::Given { path, force } => {
                 check_given(path, *force, kind)?;
                 let place = absolute(path).map_err(|e| kind.cannot(path, &e))?;
                 replace(self.staging.path(), &place).map_err(|e| kind.cannot(path, &e))?;
                 Ok(path.clone())
             }
-            Target::Counted(base) => {
+            RunFolderTarget::Counted(base) => {
                 for i in 1..MOST {
                     let path = numbered(base, i);
                     // Renaming over a folder with files fails, so of two runs one takes the next.
@@ -169,10 +172,10 @@ impl RunFolder {
     }
 }
 
-impl Target {
+impl RunFolderTarget {
     fn path(&self) -> &Path {
         match self {
-            Target::Given { path, .. } | Target::Counted(path) => path,
+            RunFolderTarget::Given { path, .. } | RunFolderTarget::Counted(path) => path,
         }
     }
 }

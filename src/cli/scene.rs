@@ -37,7 +37,7 @@ What a format loses is said: a table, or `kept` in --json.";
 
 /// Inspect trained models and convert them
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct SceneArgs {
     #[command(subcommand)]
     command: SceneCommand,
 }
@@ -53,7 +53,7 @@ enum SceneCommand {
         detail: Option<u32>,
     },
     /// Write a model of any format as INRIA PLY, compressed PLY, SPZ, glTF or SOG
-    Convert(convert::Args),
+    Convert(convert::ConvertArgs),
     /// Combine four levels into one foveated model (.fov)
     Compose {
         /// Levels 1 to 4, any format: each a part of the one before that differs from it in
@@ -76,7 +76,7 @@ enum SceneCommand {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &SceneArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         SceneCommand::Info { file, detail } => {
             let scene = open_model(file, *detail)?;

@@ -9,7 +9,7 @@ use super::chart_args::ChartArgs;
 use super::dram_model::{self, DramModelArg};
 use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
-use super::progress::{Counts, Watched};
+use super::progress::{ProgressCounts, WatchedProgress};
 use super::run_folder::ReportArgs;
 use super::{Context, Exit, Failure, inputs, out, output_file};
 use powergs_base::config::assumptions::assumptions;
@@ -38,7 +38,7 @@ by 50 % instead.";
 
 /// The arguments of `sensitivity`.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct SensitivityArgs {
     /// Machine: a name of `arch list`, or a TOML file
     pub arch: String,
     /// Traces, as written by `extract`
@@ -117,7 +117,7 @@ pub enum MethodArg {
     Sobol,
 }
 
-impl Args {
+impl SensitivityArgs {
     fn interaction_study(&self) -> Option<InteractionStudy> {
         let method = match self.interactions? {
             MethodArg::Morris => Method::Morris,
@@ -129,13 +129,13 @@ impl Args {
 }
 
 /// What came out.
-enum Results {
+enum SensitivityResults {
     Assumptions(Sensitivity),
     Keys(KeyResults),
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &SensitivityArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     if let Some((typed, _)) = args.keys.iter().find(|(_, key)| key.has_values())
         && args.interactions.is_none()
@@ -160,11 +160,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let open = |path: &PathBuf| inputs::trace(path, args.shown.only.frames, context);
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
     let folder = args.report.folder(&format!("sensitivity-{}", system.machine().name))?;
-    let watch = Watched::new(context, Counts::Simulations);
+    let watch = WatchedProgress::new(context, ProgressCounts::Simulations);
     let found = if args.assumptions {
         let display_fps = args.shown.fps;
         let study = AssumptionStudy { system: &system, only: &args.only, display_fps };
-        study.run(&mut sources, &watch)?.map(Results::Assumptions)
+        study.run(&mut sources, &watch)?.map(SensitivityResults::Assumptions)
     } else {
         let keys: Vec<KeySelection> = args.keys.iter().map(|(_, key)| key.clone()).collect();
         let study = KeyStudy {
@@ -174,14 +174,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             display_fps: args.shown.fps,
             interactions: args.interaction_study(),
         };
-        study.run(&mut sources, &watch)?.map(Results::Keys)
+        study.run(&mut sources, &watch)?.map(SensitivityResults::Keys)
     };
     drop(watch);
     let Some(found) = found else {
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     };
-    if let Results::Keys(KeyResults { interactions: None, .. }) = &found
+    if let SensitivityResults::Keys(KeyResults { interactions: None, .. }) = &found
         && args.interactions.is_some()
     {
         out::complain("interrupted: the report is without interactions");

@@ -27,7 +27,7 @@ use powergs_study::slurm::script::{self, Call};
 pub const FOLDER: &str = "slurm";
 
 /// A command whose parts are processes with `--shard`.
-pub trait Parts {
+pub trait SlurmParts {
     /// Its word: `sweep`.
     const COMMAND: &'static str;
 
@@ -75,7 +75,7 @@ struct Request<'a> {
 /// # Errors
 /// Settings that are wrong, no Slurm, a folder that belongs to another run, parts that failed or
 /// were lost too often.
-pub fn run<P: Parts>(
+pub fn run<P: SlurmParts>(
     asked: Asked<'_>,
     parts: P,
     out: &Path,
@@ -112,7 +112,7 @@ fn settings(path: &Path) -> Result<Settings, Failure> {
     Settings::parse(&text).or_exit(Exit::Usage, path.display())
 }
 
-fn script_of<P: Parts>(
+fn script_of<P: SlurmParts>(
     parts: &P,
     request: &Request<'_>,
     settings: &Settings,

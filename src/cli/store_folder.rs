@@ -24,7 +24,7 @@ const NOT_EMPTY: &str = "is not empty; give --out a new folder";
 
 /// What is in the folder of a run of some kind.
 #[derive(Debug)]
-pub struct Layout {
+pub struct FolderLayout {
     /// The file that a run has from its first moment on.
     pub marker: &'static str,
     /// The folders of its store.
@@ -82,14 +82,14 @@ impl RunArgs {
 
 /// A run folder.
 pub struct Folder {
-    layout: &'static Layout,
+    layout: &'static FolderLayout,
     path: PathBuf,
     store: FileStore,
 }
 
 impl Folder {
     /// The folder; nothing is opened or made yet.
-    pub fn new(path: &Path, layout: &'static Layout) -> Folder {
+    pub fn new(path: &Path, layout: &'static FolderLayout) -> Folder {
         Folder { layout, path: path.to_owned(), store: FileStore::new(path) }
     }
 
@@ -266,7 +266,7 @@ impl Folder {
     }
 }
 
-impl Layout {
+impl FolderLayout {
     /// Whether a run may leave a file of this name.
     fn has(&self, name: &str) -> bool {
         let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));

@@ -9,14 +9,14 @@ mod parts;
 mod run;
 mod slurm;
 
-pub use args::{Args, EXAMPLES};
+pub use args::{EXAMPLES, SweepCommandArgs};
 
 use args::Command;
 
 use super::{Context, Exit, Failure};
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &SweepCommandArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         None => run::run(&args.sweep, context),
         Some(Command::Status(args)) => parts::status(args, context),

@@ -34,7 +34,7 @@ const MAX_POINTS: usize = 100_000_000;
 
 /// Make a synthetic scene that behaves like a trained one
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct SynthArgs {
     /// What to make: a name of --list, or a TOML file
     #[arg(required_unless_present = "list", value_name = "NAME|FILE")]
     preset: Option<String>,
@@ -64,7 +64,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &SynthArgs, context: &Context) -> Result<Exit, Failure> {
     let Some(name) = args.preset.as_deref().filter(|_| !args.list) else {
         return list(context);
     };
@@ -102,7 +102,7 @@ fn tell(context: &Context, message: std::fmt::Arguments<'_>) {
 }
 
 fn check(
-    args: &Args,
+    args: &SynthArgs,
     context: &Context,
     preset: &Preset,
     scene: &Gaussians,

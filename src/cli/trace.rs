@@ -28,7 +28,7 @@ docs/trace-format.md describes the file.";
 
 /// Look at traces, check them, dump frames as CSV
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct TraceCommandArgs {
     #[command(subcommand)]
     command: TraceCommand,
 }
@@ -49,7 +49,7 @@ enum TraceCommand {
         file: PathBuf,
     },
     /// Write one frame as CSV
-    Dump(dump::Args),
+    Dump(dump::DumpArgs),
     /// Write the intact frames of a damaged or unfinished trace as a new one
     Repair {
         /// The damaged trace
@@ -60,7 +60,7 @@ enum TraceCommand {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &TraceCommandArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         TraceCommand::Info { file, all } => info::run(file, *all, context),
         TraceCommand::Verify { file } => verify(file, context),

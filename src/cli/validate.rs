@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::output_file::Overwrite;
-use super::progress::{Counts, Watched};
+use super::progress::{ProgressCounts, WatchedProgress};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::run::{Frames, TraceFile};
@@ -39,7 +39,7 @@ const TABLES: &str = "tests/validation";
 
 /// Check the simulator against published numbers
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct ValidateArgs {
     /// Only rows whose name contains one of these, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
@@ -68,7 +68,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub fn run(args: &ValidateArgs, context: &Context) -> Result<Exit, Failure> {
     args.write.iter().try_for_each(|path| args.overwrite.check(path))?;
     let tables = tables(args.rows.as_deref())?;
     let page = args.check.as_deref().map(table).transpose()?;
@@ -91,7 +91,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return on_scenes(folder, context, &tables, &rows);
     }
     let built = machines(&rows)?;
-    let watch = Watched::of_total(context, steps(&tables, &rows), Counts::Simulations);
+    let watch =
+        WatchedProgress::of_total(context, steps(&tables, &rows), ProgressCounts::Simulations);
     let asked = context.global.memory;
     let is_enough = args.rows.is_some() || asked.0 >= MEMORY.0;
     let memory = if is_enough { asked } else { MEMORY };
@@ -156,7 +157,7 @@ fn on_scenes(
         let mut trace = TraceFile::open(path)?;
         trace.allow(context.global.memory);
         let steps = (trace.range().len() * built.len()) as u64;
-        let watch = Watched::of_total(context, steps, Counts::Simulations);
+        let watch = WatchedProgress::of_total(context, steps, ProgressCounts::Simulations);
         let Some(values) = measure_on(&mut trace, &rows, &built, &watch)? else {
             return Ok(Exit::Interrupted);
         };
@@ -172,7 +173,7 @@ fn on_scenes(
 
 /// Writes and prints what was asked for.
 fn finish(
-    args: &Args,
+    args: &ValidateArgs,
     context: &Context,
     tables: &Tables,
     ours: &Baseline,

@@ -24,7 +24,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use self::backend::{FINE, Recorder, fine};
-use self::scene::{Point, Rgb, Scene, Shape, Text};
+use self::scene::{Rgb, Scene, ScenePoint, Shape, Text};
 use crate::{Chart, Colour, Sheet, Style, Words};
 
 /// Size of normal text: readable on a slide, and 7 points in print.
@@ -43,7 +43,7 @@ type Drawn = Result<(), String>;
 
 /// Where things are on a page, page units.
 #[derive(Debug, Clone, Copy)]
-struct Frame {
+struct RenderFrame {
     /// Left edge of text.
     left: f64,
     /// Left edge of the panels with their axes.
@@ -56,14 +56,14 @@ struct Frame {
     title: bool,
 }
 
-impl Frame {
-    fn of(style: Style) -> Frame {
+impl RenderFrame {
+    fn of(style: Style) -> RenderFrame {
         let (width, height) = (style.sheet.width(), style.sheet.height());
         let (left, begin, margin) = match style.sheet {
             Sheet::Slide => (40.0, 38.0, 28.0),
             Sheet::Page | Sheet::Column => (8.0, 4.0, 10.0),
         };
-        Frame { left, begin, right: width - margin, height, title: style.title }
+        RenderFrame { left, begin, right: width - margin, height, title: style.title }
     }
 
     /// Whether panels stand above each other, and explanations below them.
@@ -116,7 +116,7 @@ impl Halo {
 struct Page {
     /// The whole page for plotters.
     root: DrawingArea<Recorder, Shift>,
-    frame: Frame,
+    frame: RenderFrame,
     shapes: Rc<RefCell<Vec<Shape>>>,
 }
 
@@ -127,7 +127,7 @@ impl Page {
         let size = (fine(style.sheet.width()) as u32, fine(HIGHEST) as u32);
         let zoom = style.sheet.zoom();
         let root = Recorder { size, zoom, shapes: Rc::clone(&shapes) }.into_drawing_area();
-        Page { root, frame: Frame::of(style), shapes }
+        Page { root, frame: RenderFrame::of(style), shapes }
     }
 
     fn push(&self, shape: Shape) {
@@ -135,16 +135,16 @@ impl Page {
     }
 
     /// Text of normal size, half-way up at a point.
-    fn text(&self, words: &Words, at: Point, align: Align) {
+    fn text(&self, words: &Words, at: ScenePoint, align: Align) {
         self.sized(words, at, align, TEXT, Halo::None);
     }
 
     /// As [`Page::text`], with white around the letters.
-    fn over(&self, words: &Words, at: Point, align: Align) {
+    fn over(&self, words: &Words, at: ScenePoint, align: Align) {
         self.sized(words, at, align, TEXT, Halo::White);
     }
 
-    fn sized(&self, words: &Words, at: Point, align: Align, size: f64, halo: Halo) {
+    fn sized(&self, words: &Words, at: ScenePoint, align: Align, size: f64, halo: Halo) {
         if words.text.trim().is_empty() {
             return;
         }
@@ -166,12 +166,12 @@ impl Page {
         self.root.draw(&Rectangle::new(corners, style(colour).filled())).map_err(failed)
     }
 
-    fn line(&self, points: &[Point], colour: Colour, width: f64) -> Drawn {
+    fn line(&self, points: &[ScenePoint], colour: Colour, width: f64) -> Drawn {
         let points: Vec<_> = points.iter().copied().map(fine_point).collect();
         self.root.draw(&PathElement::new(points, stroke(colour, width))).map_err(failed)
     }
 
-    fn dot(&self, centre: Point, radius: f64, colour: Colour) -> Drawn {
+    fn dot(&self, centre: ScenePoint, radius: f64, colour: Colour) -> Drawn {
         let style = style(colour).filled();
         self.root.draw(&Circle::new(fine_point(centre), fine(radius), style)).map_err(failed)
     }
@@ -181,7 +181,7 @@ fn failed(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
-fn fine_point((x, y): Point) -> (i32, i32) {
+fn fine_point((x, y): ScenePoint) -> (i32, i32) {
     (fine(x), fine(y))
 }
 

@@ -65,7 +65,7 @@ impl Way {
 
 /// What a pair may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
+pub struct CompareBudget {
     /// Area of the chip, mm².
     pub area_mm2: f64,
     /// Time of the slowest frame, ms.
@@ -85,7 +85,7 @@ pub enum Limit {
     NoArea,
 }
 
-impl Budget {
+impl CompareBudget {
     /// What keeps a price out; `None`: nothing.
     pub fn limit(&self, price: &Price) -> Option<Limit> {
         let is_late = price.frame_ms > self.frame_ms;
@@ -153,7 +153,7 @@ pub struct Market<'a> {
     /// Whether each model reaches the quality.
     pub passed: &'a [bool],
     /// What a pair may take.
-    pub budget: Budget,
+    pub budget: CompareBudget,
     /// The place of the energy table.
     pub table: usize,
     /// The place of the views in [`Prices`](super::pricing::Prices).

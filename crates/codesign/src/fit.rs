@@ -21,7 +21,7 @@ use powergs_scene::Gaussians;
 
 use super::error::CodesignError;
 use super::model::ModelPoint;
-use super::part::Part;
+use super::part::CodesignPart;
 use super::watch::CodesignWatch;
 
 /// Raised when models are made in another way, or what is kept of them changes.
@@ -147,8 +147,8 @@ impl<'a> Fitter<'a> {
         Ok(Checkpoints::new(&part, model.id).load_model(JOB)?.scene)
     }
 
-    fn part(&self, id: u128) -> Part<'_> {
-        Part::new(self.store, format!("models/{:016x}", id as u64))
+    fn part(&self, id: u128) -> CodesignPart<'_> {
+        CodesignPart::new(self.store, format!("models/{:016x}", id as u64))
     }
 
     fn facts(&self, read: &Gaussians, iterations: u32, lambda: Option<f64>) -> ModelFacts {
@@ -250,7 +250,7 @@ impl<'a> Fitter<'a> {
     }
 }
 
-fn read_facts(part: &Part<'_>) -> Result<Option<ModelFacts>, RunError> {
+fn read_facts(part: &CodesignPart<'_>) -> Result<Option<ModelFacts>, RunError> {
     let Some(bytes) = part.read(FACTS)? else { return Ok(None) };
     let damaged = |_| RunError::Input {
         place: part.place(FACTS),

@@ -7,15 +7,15 @@ use powergs_core::run::{RunError, Store};
 
 /// A folder of a store.
 #[derive(Clone)]
-pub struct Part<'a> {
+pub struct CodesignPart<'a> {
     whole: &'a dyn Store,
     folder: String,
 }
 
-impl<'a> Part<'a> {
+impl<'a> CodesignPart<'a> {
     /// The folder of this name.
-    pub fn new(whole: &'a dyn Store, folder: impl Into<String>) -> Part<'a> {
-        Part { whole, folder: folder.into() }
+    pub fn new(whole: &'a dyn Store, folder: impl Into<String>) -> CodesignPart<'a> {
+        CodesignPart { whole, folder: folder.into() }
     }
 
     fn name(&self, name: &str) -> String {
@@ -23,7 +23,7 @@ impl<'a> Part<'a> {
     }
 }
 
-impl Store for Part<'_> {
+impl Store for CodesignPart<'_> {
     fn place(&self, name: &str) -> String {
         self.whole.place(&self.name(name))
     }

@@ -17,12 +17,12 @@ use powergs_views::RenderedViews;
 
 use super::fit::Fitted;
 use super::machines::{CODEBOOK, Machines};
-use super::part::Part;
+use super::part::CodesignPart;
 use super::watch::CodesignWatch;
 
 /// The halves of the views, as their rows are called.
 pub const HALVES: [&str; 2] = ["first-half", "second-half"];
-/// Means over all views, then over each half: places in [`Prices`].
+/// Means over all views, then over each half: places in [`ModelPrices`].
 pub const SCOPES: usize = 1 + HALVES.len();
 
 /// A machine of the space: its point, `None` for the base machine.
@@ -65,13 +65,13 @@ impl Price {
 }
 
 /// Prices under each energy table of the space, in its order, over all views and over each half.
-pub type Prices = Vec<[Price; SCOPES]>;
+pub type ModelPrices = Vec<[Price; SCOPES]>;
 
 /// What became of a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fate {
     /// It was simulated.
-    Priced(Prices),
+    Priced(ModelPrices),
     /// There is no such machine, or it cannot run the frames, for this reason.
     Refused(String),
 }
@@ -164,7 +164,7 @@ impl Pricer<'_> {
         let mut sweep = OpenedSweep::of(&name, file, Arc::new(DiskFiles), traces)?;
         let id = self.machines.id(&model.point, dram);
         let (model_id, id) = (model.id as u64, id as u64);
-        let part = Part::new(self.store, format!("pairs/{model_id:016x}-{id:016x}"));
+        let part = CodesignPart::new(self.store, format!("pairs/{model_id:016x}-{id:016x}"));
         let mut folder = SweepFolder::open(&part, &sweep.state, Existing::Resume, None)?;
         let mut shared = SharedResults::default();
         let plan = match points {

@@ -17,7 +17,7 @@ use powergs_study::sweep::run::{Designs, Shard};
 
 use super::alternate::{self, Round};
 use super::compare::{
-    Budget, Comparison, Found, Limit, Market, Nothing, Pair, Way, compare, front,
+    CompareBudget, Comparison, Found, Limit, Market, Nothing, Pair, Way, compare, front,
 };
 use super::error::CodesignError;
 use super::export::{Exported, exports};
@@ -101,7 +101,7 @@ pub struct Finished {
     /// What models had to reach.
     pub target: Target,
     /// What a pair may take.
-    pub budget: Budget,
+    pub budget: CompareBudget,
     /// Labels of the energy tables; the first decides.
     pub tables: Vec<String>,
     /// The models, the dense one first.
@@ -654,7 +654,7 @@ impl Codesign {
 
     /// What a pair may take under an energy table: what the space file says, or what the base
     /// machine takes and the display shows.
-    fn budget(&self, dense: &Row, table: usize) -> Result<Budget, CodesignError> {
+    fn budget(&self, dense: &Row, table: usize) -> Result<CompareBudget, CodesignError> {
         let frame_ms = self.space.budget.frame_time.map(|time| time.0 * 1e-6);
         let frame_ms = frame_ms.unwrap_or(1e3 / self.machines.fps());
         let of_base = |table: usize| match dense.pairs.get(&None) {
@@ -670,7 +670,7 @@ impl Codesign {
             None => of_base(table),
         };
         match area {
-            Some(area_mm2) => Ok(Budget { area_mm2, frame_ms }),
+            Some(area_mm2) => Ok(CompareBudget { area_mm2, frame_ms }),
             None => Err(CodesignError::Space {
                 place: self.origin.clone(),
                 message: "no area to keep to: the base machine cannot run the frames, or its \

@@ -1,6 +1,6 @@
 //! Whether the answer holds under other energy tables and other views, and what makes the pair.
 
-use super::compare::{Budget, Comparison, Market, Pair, Way};
+use super::compare::{CompareBudget, Comparison, Market, Pair, Way};
 use super::pricing::{HALVES, Price, SCOPES};
 
 /// The five ways under an energy table, on some views, with the calibrated model of the DRAM.
@@ -38,7 +38,7 @@ pub fn alternatives(
     market: &Market<'_>,
     tables: &[String],
     joint: Option<Pair>,
-    budget: &dyn Fn(usize) -> Budget,
+    budget: &dyn Fn(usize) -> CompareBudget,
 ) -> Vec<Alternative> {
     let on_tables = (0..tables.len()).map(|table| (table, 0));
     let on_halves = (1..SCOPES).map(|scope| (0, scope));

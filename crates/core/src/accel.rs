@@ -286,7 +286,7 @@ impl FrameContext<'_> {
 
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Replay {
+pub struct FrameReplay {
     /// When everything happened.
     pub timing: FrameTiming,
     /// How often everything happened: counted from the totals of the frame, and the speculative
@@ -310,7 +310,7 @@ pub struct Replay {
 /// # Panics
 /// When the workload was binned with another geometry than the machine's, or when the machine is
 /// one that no check lets through (a unit count, width or interval of zero).
-pub fn replay(workload: &FrameWorkload, machine: &Machine) -> Replay {
+pub fn replay(workload: &FrameWorkload, machine: &Machine) -> FrameReplay {
     replay_with(workload, machine, FrameContext::default(), &mut ())
 }
 
@@ -320,7 +320,7 @@ pub fn replay_with(
     machine: &Machine,
     context: FrameContext,
     observer: &mut impl Observer,
-) -> Replay {
+) -> FrameReplay {
     through(workload, machine, context, None, observer)
 }
 
@@ -331,7 +331,7 @@ pub fn replay_again(
     machine: &Machine,
     context: FrameContext,
     memo: &Memo,
-) -> Replay {
+) -> FrameReplay {
     through(workload, machine, context, Some(memo), &mut ())
 }
 
@@ -341,7 +341,7 @@ fn through(
     context: FrameContext,
     memo: Option<&Memo>,
     observer: &mut impl Observer,
-) -> Replay {
+) -> FrameReplay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
     let mut units = ResolvedUnits::for_frame(machine, workload);
     let lists = machine.list_shape().map(|shape| match memo {
@@ -370,7 +370,7 @@ fn through(
     let mut check = outcome.rule_check;
     let mut actions = traffic::actions(workload, &units, &plan, &context, &mut check);
     actions.add(&outcome.speculation);
-    Replay {
+    FrameReplay {
         timing: outcome.timing,
         actions,
         speculation: outcome.speculation,

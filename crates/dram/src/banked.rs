@@ -24,7 +24,7 @@ mod table;
 use super::device::Device;
 use super::stats::{CLASSES, Stats};
 use agenda::Agenda;
-use channel::Channel;
+use channel::BankedChannel;
 use front::Front;
 pub use log::{CommandKind, Logged};
 use plan::bits;
@@ -66,7 +66,7 @@ pub enum LatencyFrom {
 pub struct Banked {
     rules: Rules,
     front: Front,
-    channels: Vec<Channel>,
+    channels: Vec<BankedChannel>,
     /// The CK in which something happens next in each channel.
     agenda: Agenda,
     /// The first CK that has not been simulated.
@@ -81,10 +81,10 @@ impl Banked {
     /// An idle memory with the front end of the device. Latencies count from arrival.
     pub fn new(device: &Device) -> Banked {
         let rules = Rules::new(device);
-        let channels = vec![Channel::new(&rules); device.organisation.channels as usize];
+        let channels = vec![BankedChannel::new(&rules); device.organisation.channels as usize];
         Banked {
             front: Front::new(device),
-            agenda: Agenda::new(channels.iter().map(Channel::next)),
+            agenda: Agenda::new(channels.iter().map(BankedChannel::next)),
             channels,
             rules,
             floor: 0,
@@ -206,7 +206,7 @@ impl Banked {
         if due == u64::MAX || due <= long || !self.front.is_empty() {
             return;
         }
-        if self.channels.iter().all(Channel::is_empty) {
+        if self.channels.iter().all(BankedChannel::is_empty) {
             for (number, channel) in self.channels.iter_mut().enumerate() {
                 if channel.skip_refreshes(due, &self.rules) {
                     channel.wake = channel.next_refresh;

@@ -7,7 +7,7 @@ use super::device::{Device, Order};
 
 /// A kind of address field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Field {
+pub enum MappingField {
     /// Which channel.
     Channel,
     /// Which pseudo channel of it.
@@ -22,26 +22,26 @@ pub enum Field {
     Column,
 }
 
-impl Field {
+impl MappingField {
     /// All fields.
-    pub(crate) const ALL: [Field; 6] = [
-        Field::Channel,
-        Field::PseudoChannel,
-        Field::BankGroup,
-        Field::Bank,
-        Field::Row,
-        Field::Column,
+    pub(crate) const ALL: [MappingField; 6] = [
+        MappingField::Channel,
+        MappingField::PseudoChannel,
+        MappingField::BankGroup,
+        MappingField::Bank,
+        MappingField::Row,
+        MappingField::Column,
     ];
 
     /// Its name in `mapping.fields`.
     pub(crate) const fn name(self) -> &'static str {
         match self {
-            Field::Channel => "channel",
-            Field::PseudoChannel => "pseudo-channel",
-            Field::BankGroup => "bank-group",
-            Field::Bank => "bank",
-            Field::Row => "row",
-            Field::Column => "column",
+            MappingField::Channel => "channel",
+            MappingField::PseudoChannel => "pseudo-channel",
+            MappingField::BankGroup => "bank-group",
+            MappingField::Bank => "bank",
+            MappingField::Row => "row",
+            MappingField::Column => "column",
         }
     }
 
@@ -49,12 +49,12 @@ impl Field {
     pub(crate) fn bits(self, device: &Device) -> u32 {
         let o = &device.organisation;
         match self {
-            Field::Channel => o.channels.trailing_zeros(),
-            Field::PseudoChannel => o.pseudo_channels.trailing_zeros(),
-            Field::BankGroup => o.bank_groups.trailing_zeros(),
-            Field::Bank => o.banks.trailing_zeros(),
-            Field::Row => o.rows.trailing_zeros(),
-            Field::Column => (o.row.0 / o.burst.0.max(1)).trailing_zeros(),
+            MappingField::Channel => o.channels.trailing_zeros(),
+            MappingField::PseudoChannel => o.pseudo_channels.trailing_zeros(),
+            MappingField::BankGroup => o.bank_groups.trailing_zeros(),
+            MappingField::Bank => o.banks.trailing_zeros(),
+            MappingField::Row => o.rows.trailing_zeros(),
+            MappingField::Column => (o.row.0 / o.burst.0.max(1)).trailing_zeros(),
         }
     }
 }
@@ -100,7 +100,7 @@ impl Gather {
 
 /// The exclusive-or of the `mop` order, by widths in bits.
 #[derive(Debug, Clone, Copy)]
-struct Hash {
+struct MappingHash {
     pseudo_channel: u32,
     group: u32,
     bank: u32,
@@ -117,36 +117,36 @@ pub struct Decoder {
     bank: Gather,
     row: Gather,
     column: Gather,
-    hash: Option<Hash>,
+    hash: Option<MappingHash>,
 }
 
 impl Decoder {
     /// The decoder of a checked device.
     pub fn new(device: &Device) -> Self {
         let runs = layout(device).unwrap_or_default();
-        let [bank, group] = [Field::Bank, Field::BankGroup].map(|f| f.bits(device));
+        let [bank, group] = [MappingField::Bank, MappingField::BankGroup].map(|f| f.bits(device));
         // One flat bank number: pseudo channel, group, bank from the top.
-        let flat = |f: Field| match f {
-            Field::Bank => Some(0),
-            Field::BankGroup => Some(bank),
-            Field::PseudoChannel => Some(bank + group),
-            Field::Channel | Field::Row | Field::Column => None,
+        let flat = |f: MappingField| match f {
+            MappingField::Bank => Some(0),
+            MappingField::BankGroup => Some(bank),
+            MappingField::PseudoChannel => Some(bank + group),
+            MappingField::Channel | MappingField::Row | MappingField::Column => None,
         };
-        let only = |wanted: Field| move |f: Field| (f == wanted).then_some(0);
+        let only = |wanted: MappingField| move |f: MappingField| (f == wanted).then_some(0);
         let total: u32 = runs.iter().map(|r| r.1).sum();
-        let hash = Hash {
-            pseudo_channel: Field::PseudoChannel.bits(device),
+        let hash = MappingHash {
+            pseudo_channel: MappingField::PseudoChannel.bits(device),
             group,
             bank,
-            row: Field::Row.bits(device),
+            row: MappingField::Row.bits(device),
         };
         Self {
             shift: device.organisation.burst.0.trailing_zeros(),
             mask: low(total),
-            channel: gather(&runs, only(Field::Channel)),
+            channel: gather(&runs, only(MappingField::Channel)),
             bank: gather(&runs, flat),
-            row: gather(&runs, only(Field::Row)),
-            column: gather(&runs, only(Field::Column)),
+            row: gather(&runs, only(MappingField::Row)),
+            column: gather(&runs, only(MappingField::Column)),
             hash: (device.mapping.order == Order::Mop).then_some(hash),
         }
     }
@@ -181,7 +181,7 @@ fn low(bits: u32) -> u64 {
 
 /// Gathers the runs for which `base` gives the lowest bit of the field in the result. [`layout`]
 /// sees to it that four runs are enough.
-fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather {
+fn gather(runs: &[(MappingField, u32)], base: impl Fn(MappingField) -> Option<u32>) -> Gather {
     let mut segments: Vec<Segment> = Vec::new();
     let mut at = 0;
     let mut used = [0; 6];
@@ -204,19 +204,19 @@ fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather 
 ///
 /// # Errors
 /// The problem of `mapping`, with the key.
-pub(crate) fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
-    let bits = |f: Field| f.bits(device);
+pub(crate) fn layout(device: &Device) -> Result<Vec<(MappingField, u32)>, String> {
+    let bits = |f: MappingField| f.bits(device);
     let burst = device.organisation.burst.0;
-    let column = bits(Field::Column);
-    let banks = [Field::PseudoChannel, Field::BankGroup, Field::Bank];
+    let column = bits(MappingField::Column);
+    let banks = [MappingField::PseudoChannel, MappingField::BankGroup, MappingField::Bank];
     let under_banks = match device.mapping.order {
         Order::Fields => return listed(device),
         Order::RoBaCoCh => column,
         Order::Mop => 2.min(column),
         Order::Bg64 => (64 / burst).checked_ilog2().unwrap_or(0).min(column),
     };
-    let mut runs = vec![(Field::Column, under_banks)];
-    let rest = (Field::Column, column - under_banks);
+    let mut runs = vec![(MappingField::Column, under_banks)];
+    let rest = (MappingField::Column, column - under_banks);
     if device.mapping.order == Order::Bg64 {
         let [pc, group, bank] = banks.map(|f| (f, bits(f)));
         runs.extend([pc, group, rest, bank]);
@@ -224,28 +224,32 @@ pub(crate) fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
         runs.extend(banks.map(|f| (f, bits(f))));
         runs.push(rest);
     }
-    runs.push((Field::Row, bits(Field::Row)));
+    runs.push((MappingField::Row, bits(MappingField::Row)));
     let interleave = device.mapping.interleave.0;
     if interleave < burst {
         let (i, b) = (device.mapping.interleave, device.organisation.burst);
         return Err(format!("`mapping.interleave` ({i}) is less than `organisation.burst` ({b})"));
     }
     let at = (interleave / burst).trailing_zeros();
-    if at > column && bits(Field::Channel) > 0 {
+    if at > column && bits(MappingField::Channel) > 0 {
         let (i, r) = (device.mapping.interleave, device.organisation.row);
         return Err(format!("`mapping.interleave` ({i}) is more than `organisation.row` ({r})"));
     }
-    Ok(insert_channel(runs, at, bits(Field::Channel)))
+    Ok(insert_channel(runs, at, bits(MappingField::Channel)))
 }
 
 /// Puts the channel bits above the lowest `at` bits.
-fn insert_channel(runs: Vec<(Field, u32)>, at: u32, channel: u32) -> Vec<(Field, u32)> {
+fn insert_channel(
+    runs: Vec<(MappingField, u32)>,
+    at: u32,
+    channel: u32,
+) -> Vec<(MappingField, u32)> {
     let mut left = at;
     let mut result = Vec::new();
     let mut done = false;
     for (field, bits) in runs {
         if !done && left <= bits {
-            result.extend([(field, left), (Field::Channel, channel), (field, bits - left)]);
+            result.extend([(field, left), (MappingField::Channel, channel), (field, bits - left)]);
             done = true;
         } else {
             result.push((field, bits));
@@ -257,18 +261,19 @@ fn insert_channel(runs: Vec<(Field, u32)>, at: u32, channel: u32) -> Vec<(Field,
 }
 
 /// The fields of `mapping.fields`.
-fn listed(device: &Device) -> Result<Vec<(Field, u32)>, String> {
-    let mut runs: Vec<(Field, u32)> = Vec::new();
+fn listed(device: &Device) -> Result<Vec<(MappingField, u32)>, String> {
+    let mut runs: Vec<(MappingField, u32)> = Vec::new();
     for text in device.mapping.fields.iter().flatten() {
         let form = || {
             format!("`mapping.fields`: \"{text}\" is not a field with its bits, as in \"column:4\"")
         };
         let (name, bits) = text.split_once(':').ok_or_else(form)?;
-        let field = Field::ALL.into_iter().find(|f| f.name() == name.trim()).ok_or_else(form)?;
+        let field =
+            MappingField::ALL.into_iter().find(|f| f.name() == name.trim()).ok_or_else(form)?;
         let bits: u32 = bits.trim().parse().ok().filter(|b| *b <= 40).ok_or_else(form)?;
         runs.push((field, bits));
     }
-    for field in Field::ALL {
+    for field in MappingField::ALL {
         let given: u32 = runs.iter().filter(|r| r.0 == field).map(|r| r.1).sum();
         let wanted = field.bits(device);
         let pieces = runs.iter().filter(|r| r.0 == field && r.1 > 0).count();
@@ -282,7 +287,7 @@ fn listed(device: &Device) -> Result<Vec<(Field, u32)>, String> {
             return Err(format!("`mapping.fields` cuts {} in more than 4 pieces", field.name()));
         }
     }
-    let banks = [Field::PseudoChannel, Field::BankGroup, Field::Bank];
+    let banks = [MappingField::PseudoChannel, MappingField::BankGroup, MappingField::Bank];
     if runs.iter().filter(|r| banks.contains(&r.0) && r.1 > 0).count() > 4 {
         return Err("`mapping.fields` cuts the bank fields in more than 4 pieces".to_owned());
     }

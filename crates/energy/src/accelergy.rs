@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use yaml::Node;
+use yaml::YamlNode;
 
 use super::table::{
     ActionPrice, ActionPrices, AreaPrice, BytePrice, DramPrices, EnergyTable, FlatDram, Overhead,
@@ -125,7 +125,7 @@ pub enum AccelergyError {
 }
 
 /// The part of a file that says what components cost.
-struct Tables<T> {
+struct AccelergyTables<T> {
     version: String,
     tables: Vec<T>,
 }
@@ -148,7 +148,7 @@ struct ArtTable {
 }
 
 impl ErtTable {
-    fn read(node: &Node) -> Result<Self, String> {
+    fn read(node: &YamlNode) -> Result<Self, String> {
         let name = node.get("name")?.text()?.to_owned();
         let actions = node.get("actions")?.list()?.iter().map(ErtAction::read);
         Ok(ErtTable { name, actions: actions.collect::<Result<_, _>>()? })
@@ -156,12 +156,12 @@ impl ErtTable {
 }
 
 impl ErtAction {
-    fn read(node: &Node) -> Result<Self, String> {
+    fn read(node: &YamlNode) -> Result<Self, String> {
         let name = node.get("name")?.text()?.to_owned();
         let energy = node.get("energy")?.number()?;
-        let there = |node: &&Node| !node.is_null();
+        let there = |node: &&YamlNode| !node.is_null();
         let bytes = match node.find("arguments")?.filter(there) {
-            Some(arguments) => arguments.find("bytes")?.filter(there).map(Node::number),
+            Some(arguments) => arguments.find("bytes")?.filter(there).map(YamlNode::number),
             None => None,
         };
         Ok(ErtAction { name, energy, bytes: bytes.transpose()? })
@@ -169,7 +169,7 @@ impl ErtAction {
 }
 
 impl ArtTable {
-    fn read(node: &Node) -> Result<Self, String> {
+    fn read(node: &YamlNode) -> Result<Self, String> {
         Ok(ArtTable {
             name: node.get("name")?.text()?.to_owned(),
             area: node.get("area")?.number()?,
@@ -187,8 +187,8 @@ fn short(name: &str) -> String {
 fn read<T>(
     text: &str,
     root: &'static str,
-    table: impl Fn(&Node) -> Result<T, String>,
-) -> Result<Tables<T>, AccelergyError> {
+    table: impl Fn(&YamlNode) -> Result<T, String>,
+) -> Result<AccelergyTables<T>, AccelergyError> {
     if text.len() > TEXT_MAX {
         return Err(AccelergyError::TooLong);
     }
@@ -198,7 +198,7 @@ fn read<T>(
         let version = body.get("version")?.label()?;
         let tables =
             body.get("tables")?.list()?.iter().map(&table).collect::<Result<_, String>>()?;
-        Ok(Tables { version, tables })
+        Ok(AccelergyTables { version, tables })
     };
     tables().map_err(|what| AccelergyError::Shape { root, what })
 }
@@ -206,7 +206,7 @@ fn read<T>(
 /// Tables by the last part of their name; those whose name is not wanted are left out.
 fn by_name<T>(
     root: &'static str,
-    file: Tables<T>,
+    file: AccelergyTables<T>,
     name: impl Fn(&T) -> &str,
 ) -> Result<BTreeMap<String, T>, AccelergyError> {
     let version = file.version;

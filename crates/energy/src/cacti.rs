@@ -70,32 +70,32 @@ pub struct Bank {
 }
 
 /// The order of a row's values: read, write, leakage, area.
-type Values = [f64; 4];
+type CactiValues = [f64; 4];
 
 #[derive(Debug, Clone)]
-struct Row {
+struct CactiRow {
     node_nm: f64,
     classes: (String, String),
     two_ports: bool,
     kelvin: u32,
     size: u64,
     word: u64,
-    values: Values,
+    values: CactiValues,
 }
 
-fn rows() -> &'static [Row] {
-    static ROWS: OnceLock<Vec<Row>> = OnceLock::new();
+fn rows() -> &'static [CactiRow] {
+    static ROWS: OnceLock<Vec<CactiRow>> = OnceLock::new();
     ROWS.get_or_init(|| {
         let data = CACTI.lines().filter(|l| !l.starts_with('#')).skip(1);
         data.map(|line| row(line).unwrap_or_else(|| panic!("cacti-7.csv: {line}"))).collect()
     })
 }
 
-fn row(line: &str) -> Option<Row> {
+fn row(line: &str) -> Option<CactiRow> {
     let fields: Vec<&str> = line.split(',').collect();
     let [node, cell, periphery, ports, kelvin, size, word, read, write, leakage, area] =
         fields.try_into().ok()?;
-    Some(Row {
+    Some(CactiRow {
         node_nm: node.parse().ok()?,
         classes: (cell.to_owned(), periphery.to_owned()),
         two_ports: ports == "1r1w",
@@ -113,12 +113,12 @@ fn row(line: &str) -> Option<Row> {
 
 /// Rows of one word width, ascending in size.
 #[derive(Debug, Clone)]
-struct Column {
+struct CactiColumn {
     word: u64,
-    points: Vec<(u64, Values)>,
+    points: Vec<(u64, CactiValues)>,
 }
 
-impl Column {
+impl CactiColumn {
     fn reaches(&self, size: u64) -> bool {
         let (least, most) = self.ends();
         (least..=most).contains(&size)
@@ -129,7 +129,7 @@ impl Column {
     }
 
     /// The values at a size; beyond its ends, on the line through the two rows there.
-    fn at(&self, size: u64) -> Values {
+    fn at(&self, size: u64) -> CactiValues {
         if self.points.len() == 1 {
             return self.points[0].1;
         }
@@ -151,9 +151,9 @@ impl Column {
 /// The banks of one node and cell.
 #[derive(Debug, Clone)]
 pub struct Macros {
-    columns: Vec<Column>,
+    columns: Vec<CactiColumn>,
     /// What two ports cost beyond one, by size.
-    two_ports: (Column, Column),
+    two_ports: (CactiColumn, CactiColumn),
     /// Leakage at the wanted temperature over that at 350 K.
     warmth: f64,
 }
@@ -220,8 +220,9 @@ impl Macros {
     /// outside then follow the last two rows, and words the nearest width (a narrower word costs as
     /// much as that; a wider one is several smaller banks side by side).
     pub fn bank(&self, size: u64, word: u64, two: bool, beyond: bool) -> Result<Bank, Outside> {
-        let mut reach: Vec<&Column> = self.columns.iter().filter(|c| c.reaches(size)).collect();
-        let ends = |of: &[&Column]| Some((of.first()?.word, of.last()?.word));
+        let mut reach: Vec<&CactiColumn> =
+            self.columns.iter().filter(|c| c.reaches(size)).collect();
+        let ends = |of: &[&CactiColumn]| Some((of.first()?.word, of.last()?.word));
         let words = ends(&reach);
         if !words.is_some_and(|(least, most)| (least..=most).contains(&word)) {
             let (least, most) = self.sizes();
@@ -243,13 +244,13 @@ impl Macros {
     }
 
     fn sizes(&self) -> (u64, u64) {
-        let ends = self.columns.iter().map(Column::ends);
+        let ends = self.columns.iter().map(CactiColumn::ends);
         ends.fold((u64::MAX, 0), |(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 }
 
 /// Linear in the width of the word between the nearest columns.
-fn between(columns: &[&Column], size: u64, word: u64) -> Values {
+fn between(columns: &[&CactiColumn], size: u64, word: u64) -> CactiValues {
     let above = columns.partition_point(|c| c.word < word);
     let last = columns[columns.len() - 1];
     if above == columns.len() {
@@ -266,13 +267,13 @@ fn between(columns: &[&Column], size: u64, word: u64) -> Values {
     std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t)
 }
 
-fn columns<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<Column> {
-    let mut columns: Vec<Column> = Vec::new();
+fn columns<'a>(rows: impl Iterator<Item = &'a CactiRow>) -> Vec<CactiColumn> {
+    let mut columns: Vec<CactiColumn> = Vec::new();
     for row in rows {
         let point = (row.size, row.values);
         match columns.iter_mut().find(|c| c.word == row.word) {
             Some(column) => column.points.push(point),
-            None => columns.push(Column { word: row.word, points: vec![point] }),
+            None => columns.push(CactiColumn { word: row.word, points: vec![point] }),
         }
     }
     columns.sort_by_key(|c| c.word);
@@ -281,7 +282,7 @@ fn columns<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<Column> {
 }
 
 /// Geometric mean of the leakage of the rows that both have.
-fn warmth(at_350: &[Column], other: &[Column]) -> Option<f64> {
+fn warmth(at_350: &[CactiColumn], other: &[CactiColumn]) -> Option<f64> {
     let mut logs = Vec::new();
     for column in other {
         let Some(same) = at_350.iter().find(|c| c.word == column.word) else { continue };

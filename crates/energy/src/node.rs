@@ -16,7 +16,7 @@ use powergs_base::quantity::{Nanometres, Volts};
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Nodes {
     /// What a step of technology does, by the name of a fit.
-    pub fits: BTreeMap<String, Fit>,
+    pub fits: BTreeMap<String, NodeFit>,
     /// How fast gates are at a voltage, one curve a node.
     pub curves: Vec<NodeCurve>,
 }
@@ -42,19 +42,19 @@ pub struct NodeCurve {
 /// A fit of `arch-configs/nodes.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Fit {
+pub struct NodeFit {
     /// Key of `references.toml`.
     pub source: String,
     /// What it is, and how far it can be trusted.
     pub note: String,
     /// The steps that it knows.
-    pub steps: Vec<Step>,
+    pub steps: Vec<CurveStep>,
 }
 
 /// One step.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Step {
+pub struct CurveStep {
     /// From this node.
     pub from: Nanometres,
     /// To this one.
@@ -96,7 +96,7 @@ fn nodes() -> &'static Nodes {
 }
 
 /// All fits by name.
-pub(crate) fn fits() -> &'static BTreeMap<String, Fit> {
+pub(crate) fn fits() -> &'static BTreeMap<String, NodeFit> {
     &nodes().fits
 }
 
@@ -119,7 +119,7 @@ pub(crate) fn curve(node: Nanometres) -> Result<Curve, String> {
 
 /// What every fit that knows a step says of the energy of an operation, the least first.
 pub(crate) fn energies(from: Nanometres, to: Nanometres) -> Vec<(&'static str, f64)> {
-    let of = |fit: &Fit| fit.steps.iter().find(|s| (s.from, s.to) == (from, to))?.energy;
+    let of = |fit: &NodeFit| fit.steps.iter().find(|s| (s.from, s.to) == (from, to))?.energy;
     let found = fits().iter().filter_map(|(name, fit)| Some((name.as_str(), of(fit)?)));
     let mut found: Vec<_> = found.collect();
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -140,7 +140,7 @@ pub(crate) fn factor(
         let known = fits().keys().cloned().collect::<Vec<_>>().join(", ");
         return Err(format!("no fit `{fit}`; there are {known}"));
     };
-    let value = |step: &Step| match what {
+    let value = |step: &CurveStep| match what {
         Scaled::Energy => step.energy,
         Scaled::Area => step.area.map(f64::recip),
     };
@@ -148,7 +148,7 @@ pub(crate) fn factor(
     if let Some(factor) = step.and_then(value) {
         return Ok(factor);
     }
-    let rows = |fit: &Fit| {
+    let rows = |fit: &NodeFit| {
         let rows = fit.steps.iter().filter(|s| value(s).is_some());
         rows.map(|s| format!("{} to {}", s.from, s.to)).collect::<Vec<_>>().join(", ")
     };

@@ -33,7 +33,7 @@ const BLOCK: usize = 4096;
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum CheckpointKind {
     Progress = 1,
     Model = 2,
 }
@@ -103,8 +103,8 @@ impl<'a> Checkpoints<'a> {
         let kept = kept.into_iter().flatten().map(|(scene, _)| scene);
         let mean = current.and_then(|(_, s)| s.average.as_ref().map(|mean| &mean.0));
         let model = current.into_iter().flat_map(|(_, s)| parts(&s.model));
-        let parts = model.chain(kept.chain(mean).map(Part::Values));
-        self.write(PROGRESS, Kind::Progress, &head, parts)
+        let parts = model.chain(kept.chain(mean).map(CheckpointPart::Values));
+        self.write(PROGRESS, CheckpointKind::Progress, &head, parts)
     }
 
     /// Where the run is; `None` if there is none.
@@ -113,7 +113,7 @@ impl<'a> Checkpoints<'a> {
     /// [`RunError::Input`]: a checkpoint that is damaged, or of another run or version.
     pub fn load(&self) -> Result<Option<Progress>, RunError> {
         type Head = (Vec<Outcome>, Vec<HistoryRow>, Option<(String, StateHead)>);
-        self.read(PROGRESS, Kind::Progress, |head: Head, floats| {
+        self.read(PROGRESS, CheckpointKind::Progress, |head: Head, floats| {
             let (outcomes, history, current) = head;
             let current = match current {
                 Some((name, head)) => Some((name, head.state(floats)?)),
@@ -129,7 +129,7 @@ impl<'a> Checkpoints<'a> {
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), RunError> {
         let head = (ModelHead::of(&model.scene), true);
-        self.write(&model_file(job), Kind::Model, &head, parts(model))
+        self.write(&model_file(job), CheckpointKind::Model, &head, parts(model))
     }
 
     /// Keeps the parameters of a model alone: a third of the room.
@@ -138,7 +138,7 @@ impl<'a> Checkpoints<'a> {
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_scene(&self, job: &str, scene: &Gaussians) -> Result<(), RunError> {
         let head = (ModelHead::of(scene), false);
-        self.write(&model_file(job), Kind::Model, &head, [Part::Values(scene)])
+        self.write(&model_file(job), CheckpointKind::Model, &head, [CheckpointPart::Values(scene)])
     }
 
     /// Forgets the moments of the model of a finished job, if it has any.
@@ -148,12 +148,15 @@ impl<'a> Checkpoints<'a> {
     pub fn forget_moments(&self, job: &str) -> Result<(), RunError> {
         type Head = (ModelHead, bool);
         // The moments are passed over: another model with its own may be in memory.
-        let scene =
-            self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, file| {
+        let scene = self.read(
+            &model_file(job),
+            CheckpointKind::Model,
+            |(head, has_moments): Head, file| {
                 let scene = if has_moments { Some(file.part(head)?) } else { None };
                 file.pass()?;
                 Ok(scene)
-            })?;
+            },
+        )?;
         scene.flatten().map_or(Ok(()), |scene| self.save_scene(job, &scene))
     }
 
@@ -183,27 +186,31 @@ impl<'a> Checkpoints<'a> {
             message: "is missing; begin the run anew".into(),
         };
         type Head = (ModelHead, bool);
-        let model =
-            self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, floats| {
+        let model = self.read(
+            &model_file(job),
+            CheckpointKind::Model,
+            |(head, has_moments): Head, floats| {
                 if has_moments {
                     return Ok(head.model(floats)?);
                 }
                 let scene = floats.part(head)?;
                 Ok(Model { adam: Adam::new(&scene), scene })
-            })?;
+            },
+        )?;
         model.ok_or_else(missing)
     }
 
     fn write<'m>(
         &self,
         name: &str,
-        kind: Kind,
+        kind: CheckpointKind,
         head: &impl Serialize,
-        parts: impl IntoIterator<Item = Part<'m>>,
+        parts: impl IntoIterator<Item = CheckpointPart<'m>>,
     ) -> Result<(), RunError> {
         let head = postcard::to_stdvec(head).map_err(|e| RunError::Internal(e.to_string()))?;
-        let parts: Vec<Part<'_>> = parts.into_iter().collect();
-        let bytes = (HEADER + head.len()) as u64 + parts.iter().map(Part::bytes).sum::<u64>() + 8;
+        let parts: Vec<CheckpointPart<'_>> = parts.into_iter().collect();
+        let bytes =
+            (HEADER + head.len()) as u64 + parts.iter().map(CheckpointPart::bytes).sum::<u64>() + 8;
         let failed = |e: &io::Error| cannot_write(self.store.place(name), bytes, e);
         let mut file = self.store.create(name)?;
         let written = || {
@@ -229,7 +236,7 @@ impl<'a> Checkpoints<'a> {
     fn read<H: DeserializeOwned, T>(
         &self,
         name: &str,
-        kind: Kind,
+        kind: CheckpointKind,
         body: impl FnOnce(H, &mut Floats<'_>) -> Result<T, CheckpointError>,
     ) -> Result<Option<T>, RunError> {
         let (Some(first), Some(mut second)) = (self.store.open(name)?, self.store.open(name)?)
@@ -244,7 +251,7 @@ impl<'a> Checkpoints<'a> {
         &self,
         first: &mut dyn Read,
         second: &mut dyn Read,
-        kind: Kind,
+        kind: CheckpointKind,
         body: impl FnOnce(H, &mut Floats<'_>) -> Result<T, CheckpointError>,
     ) -> Result<T, CheckpointError> {
         let (header, len) = checked(first)?;
@@ -337,7 +344,7 @@ impl<W: Write> Write for Summed<W> {
 }
 
 /// A list of numbers in a file.
-enum Part<'a> {
+enum CheckpointPart<'a> {
     /// Of the shape of a model.
     Values(&'a Gaussians),
     /// Steps of its Gaussians.
@@ -345,25 +352,30 @@ enum Part<'a> {
 }
 
 /// What is written of a model: parameters, both moments, and steps.
-fn parts(model: &Model) -> [Part<'_>; 4] {
+fn parts(model: &Model) -> [CheckpointPart<'_>; 4] {
     let Model { scene, adam: Adam { first, second, steps } } = model;
-    [Part::Values(scene), Part::Values(first), Part::Values(second), Part::Steps(steps)]
+    [
+        CheckpointPart::Values(scene),
+        CheckpointPart::Values(first),
+        CheckpointPart::Values(second),
+        CheckpointPart::Steps(steps),
+    ]
 }
 
-impl Part<'_> {
+impl CheckpointPart<'_> {
     fn bytes(&self) -> u64 {
         match self {
-            Part::Values(of) => model_bytes(of.len(), of.sh_degree),
-            Part::Steps(steps) => 4 * steps.len() as u64,
+            CheckpointPart::Values(of) => model_bytes(of.len(), of.sh_degree),
+            CheckpointPart::Steps(steps) => 4 * steps.len() as u64,
         }
     }
 
     fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Part::Values(of) => {
+            CheckpointPart::Values(of) => {
                 Group::ALL.iter().try_for_each(|g| write_words(out, g.of(of), f32::to_le_bytes))
             }
-            Part::Steps(steps) => write_words(out, steps, u32::to_le_bytes),
+            CheckpointPart::Steps(steps) => write_words(out, steps, u32::to_le_bytes),
         }
     }
 }

@@ -45,7 +45,7 @@ impl Predicted {
 
 /// A sample that the curves are fitted to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
+pub struct FittedSample {
     /// Its job.
     pub name: String,
     /// Its powers; that of the display as it would be with its slack spent, where that is known.
@@ -60,7 +60,7 @@ pub struct Conclusion {
     /// Those that did not.
     pub missed: Vec<Missed>,
     /// What the curves are fitted to: samples that passed, or missed by little.
-    pub fitted: Vec<Fitted>,
+    pub fitted: Vec<FittedSample>,
     /// The curves, or why there are none.
     pub fit: Result<Fit, FitError>,
     /// Their minimum.
@@ -142,10 +142,10 @@ fn fitted_samples(
     samples: &[&Outcome],
     target: Option<Target>,
     price: Option<SlackPrice>,
-) -> Vec<Fitted> {
+) -> Vec<FittedSample> {
     let near = |o: &Outcome| target.is_some_and(|t| t.is_near(o.gate.quality));
     let usable = samples.iter().filter(|o| o.passed || near(o));
-    let of = |o: &&Outcome| Fitted {
+    let of = |o: &&Outcome| FittedSample {
         name: o.name.clone(),
         sample: Sample {
             rho: o.rho,

@@ -4,7 +4,7 @@
 use super::campaign::{Campaign, CampaignError};
 use super::checkpoint::model_bytes;
 use super::job::Job;
-use super::oracle::Watts;
+use super::oracle::OracleWatts;
 use super::outcome::Outcome;
 use super::prune::Score;
 use super::settings::Settings;
@@ -198,7 +198,7 @@ impl Campaign {
             gate: Seen { quality, display_w },
             passed: true,
             test: Seen { quality, display_w },
-            watts: Watts { display_w, render_w, ..dense.watts },
+            watts: OracleWatts { display_w, render_w, ..dense.watts },
             ..dense.clone()
         }
     }

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use rayon::prelude::*;
 
 use super::job::Place;
-use super::oracle::{CycleOracle, Parts, PowerOracle, RenderedFrame, Watts};
+use super::oracle::{CycleOracle, OracleParts, OracleWatts, PowerOracle, RenderedFrame};
 use super::outcome::Outcome;
-use super::plan::{Line, Plan};
+use super::plan::{Plan, PlanLine};
 use super::role::Baseline;
 use super::setup::Setup;
 use powergs_base::picture::Picture;
@@ -61,7 +61,7 @@ impl Method {
     }
 
     /// The baseline whose models it shows; `None`: ours.
-    pub const fn line(self) -> Line {
+    pub const fn line(self) -> PlanLine {
         match self {
             Method::PowerGs => None,
             Method::FrRender | Method::RtgsD22 => Some(Baseline::RenderOnly),
@@ -175,13 +175,13 @@ pub struct FilterCost {
 
 /// A foveated model, measured.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Foveal {
+pub struct MeasuredFoveated {
     /// The models that it is composed of.
     pub levels: Levels,
     /// Gaussians of each level.
     pub counts: [usize; LEVELS],
     /// Power at the display rate; rendering includes the filter.
-    pub watts: Watts,
+    pub watts: OracleWatts,
     /// The part of it that the filter takes.
     pub filter_w: f64,
     /// Frames a second of the machine at full rate.
@@ -198,10 +198,10 @@ pub struct Foveal {
 /// The method that a variant ends with: ours, or a comparison with fewer watts whose levels all
 /// reach their targets; `None` where there is none of ours. RTGS+D22 is none: its quality is not
 /// held to any target.
-pub fn cheapest(measured: &[Foveal], variant: u8) -> Option<Method> {
+pub fn cheapest(measured: &[MeasuredFoveated], variant: u8) -> Option<Method> {
     let here = || measured.iter().filter(|f| f.levels.variant == variant);
     let ours = here().find(|f| f.levels.method == Method::PowerGs)?;
-    let passes = |f: &&Foveal| {
+    let passes = |f: &&MeasuredFoveated| {
         let is_model = matches!(f.levels.method, Method::FrRender | Method::FrDisplay);
         is_model && !f.levels.state.contains(&LevelState::Missed)
     };
@@ -235,7 +235,7 @@ pub enum FovealError {
 
 /// One frame.
 struct Shown {
-    parts: Parts,
+    parts: OracleParts,
     display_w: f64,
     seconds: f64,
     tiles: [f64; LEVELS],
@@ -252,7 +252,11 @@ impl Viewer<'_> {
     ///
     /// # Errors
     /// [`FovealError`].
-    pub fn measure(&self, levels: Levels, model: &Foveated) -> Result<Foveal, FovealError> {
+    pub fn measure(
+        &self,
+        levels: Levels,
+        model: &Foveated,
+    ) -> Result<MeasuredFoveated, FovealError> {
         let is_filtered = levels.method == Method::RtgsD22;
         let views = self.setup.power_views;
         let shown = views
@@ -261,15 +265,16 @@ impl Viewer<'_> {
             .map(|(i, camera)| self.show(model, camera, &self.looking(i), is_filtered))
             .collect::<Result<Vec<Shown>, FovealError>>()?;
         let n = views.len().max(1) as f64;
-        let frames: Vec<(Parts, f64)> = shown.iter().map(|s| (s.parts, s.display_w)).collect();
-        let mut watts = Watts::mean(&frames);
+        let frames: Vec<(OracleParts, f64)> =
+            shown.iter().map(|s| (s.parts, s.display_w)).collect();
+        let mut watts = OracleWatts::mean(&frames);
         let mean = |of: fn(&Shown) -> [f64; LEVELS]| {
             std::array::from_fn(|k| shown.iter().map(|s| of(s)[k]).sum::<f64>() / n)
         };
         let filter_w = if is_filtered { self.filter_w() } else { 0.0 };
         watts.parts.0[Stage::Rendering as usize][Component::Flop as usize] += filter_w;
         watts.render_w += filter_w;
-        Ok(Foveal {
+        Ok(MeasuredFoveated {
             levels,
             counts: model.counts(),
             watts,

@@ -7,7 +7,7 @@
 //! The published code has three defects, mended here (`powergs`, 10): λ has a floor, so that one
 //! failed fine-tune does not leave 0, which no factor can raise; a fine-tune that follows a failed
 //! one begins at λ0 again; and it stops when the quality has settled just above the target, as the
-//! paper says. [`Rule::Damped`] is ours: the published factor is S or 1/S whatever the distance,
+//! paper says. [`LambdaRule::Damped`] is ours: the published factor is S or 1/S whatever the distance,
 //! and the quality follows λ with a delay of tens of iterations, so λ overshoots by a decade in a
 //! short fine-tune.
 //!
@@ -54,7 +54,7 @@ const STILL: f64 = 0.05;
 
 /// How large a step is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Rule {
+pub enum LambdaRule {
     /// S or 1/S.
     Published,
     /// By the slack that there is, with an eye on the trend.
@@ -65,7 +65,7 @@ pub enum Rule {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
     /// How large a step is.
-    pub rule: Rule,
+    pub rule: LambdaRule,
     /// λ at the first check, 1/W.
     pub start: f64,
     /// Whether `start` is only a scale, λ at a slack of 3 dB, from which the damped rule estimates
@@ -81,7 +81,7 @@ pub struct Control {
 
 /// What a check decided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum LambdaVerdict {
     /// Go on.
     Continue,
     /// The quality has been just above the target for some checks in a row.
@@ -109,7 +109,7 @@ pub struct ControllerState {
 
 /// The controller of one fine-tune.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Controller {
+pub struct LambdaController {
     control: Control,
     state: ControllerState,
 }
@@ -120,9 +120,9 @@ pub fn factor(iteration: u32, adjust: u32) -> f64 {
     1.0 + (STEP - 1.0) * ((std::f64::consts::PI * share).cos() + 1.0) / 2.0
 }
 
-impl Controller {
+impl LambdaController {
     /// A controller at its first λ.
-    pub fn new(control: Control) -> Controller {
+    pub fn new(control: Control) -> LambdaController {
         let lambda = control.start.clamp(FLOOR, CEILING);
         let state = ControllerState {
             lambda,
@@ -133,12 +133,12 @@ impl Controller {
             settled_checks: 0,
             settled_at: (0.0, 0.0),
         };
-        Controller { control, state }
+        LambdaController { control, state }
     }
 
     /// A controller that goes on.
-    pub(crate) fn restored(control: Control, state: ControllerState) -> Controller {
-        Controller { control, state }
+    pub(crate) fn restored(control: Control, state: ControllerState) -> LambdaController {
+        LambdaController { control, state }
     }
 
     /// Where it is, for checkpoints.
@@ -162,12 +162,12 @@ impl Controller {
     }
 
     /// Takes in the quality after `iteration` and sets the next λ.
-    pub fn observe(&mut self, iteration: u32, quality: Quality, target: &Target) -> Verdict {
+    pub fn observe(&mut self, iteration: u32, quality: Quality, target: &Target) -> LambdaVerdict {
         let state = &mut self.state;
         if iteration >= self.control.adjust {
             // Nothing passed: with almost no weight the quality may still reach the target.
             state.lambda = state.passing.unwrap_or(FLOOR);
-            return Verdict::Continue;
+            return LambdaVerdict::Continue;
         }
         let margin = target.margin_db(quality);
         let passes = target.passes(quality);
@@ -176,14 +176,18 @@ impl Controller {
         }
         let full = factor(iteration, self.control.adjust);
         let by = match self.control.rule {
-            Rule::Published if passes => full,
-            Rule::Published => full.recip(),
-            Rule::Damped => self.damped(margin, (full - 1.0) / (STEP - 1.0)),
+            LambdaRule::Published if passes => full,
+            LambdaRule::Published => full.recip(),
+            LambdaRule::Damped => self.damped(margin, (full - 1.0) / (STEP - 1.0)),
         };
         let state = &mut self.state;
         state.lambda = (state.lambda * by).clamp(FLOOR, CEILING);
         state.margin_db = Some(margin);
-        if self.is_settled(quality, margin, target) { Verdict::Settled } else { Verdict::Continue }
+        if self.is_settled(quality, margin, target) {
+            LambdaVerdict::Settled
+        } else {
+            LambdaVerdict::Continue
+        }
     }
 
     /// Takes λ back by what a model that was chosen with it misses the target by, decibels, and
@@ -244,8 +248,8 @@ impl Controller {
         let (lambda, first) = state.settled_at;
         let is_moving = match self.control.rule {
             // As published: three checks.
-            Rule::Published => false,
-            Rule::Damped => {
+            LambdaRule::Published => false,
+            LambdaRule::Damped => {
                 (state.lambda / lambda).ln().abs() > STILL || (margin - first).abs() > epsilon / 2.0
             }
         };

@@ -26,9 +26,9 @@ use powergs_scene::{Camera, Gaussians};
 
 /// Watts by stage and component, in the orders of [`Stage::ALL`] and [`Component::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Parts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
+pub struct OracleParts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
 
-impl Parts {
+impl OracleParts {
     /// Everything, watts.
     pub fn total_w(&self) -> f64 {
         self.0.iter().flatten().sum()
@@ -39,7 +39,7 @@ impl Parts {
         self.0[stage as usize].iter().sum()
     }
 
-    fn add(&mut self, other: &Parts, weight: f64) {
+    fn add(&mut self, other: &OracleParts, weight: f64) {
         for (mine, theirs) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
             *mine += weight * theirs;
         }
@@ -48,19 +48,19 @@ impl Parts {
 
 /// The power of a model, mean over views.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Watts {
+pub struct OracleWatts {
     /// Rendering, at the display rate.
     pub render_w: f64,
     /// The display that shows the images.
     pub display_w: f64,
     /// Rendering by stage and component.
-    pub parts: Parts,
+    pub parts: OracleParts,
 }
 
-impl Watts {
+impl OracleWatts {
     /// The mean over frames: for each, rendering power by part and display power, watts.
-    pub fn mean(frames: &[(Parts, f64)]) -> Watts {
-        let (mut watts, weight) = (Watts::default(), 1.0 / frames.len().max(1) as f64);
+    pub fn mean(frames: &[(OracleParts, f64)]) -> OracleWatts {
+        let (mut watts, weight) = (OracleWatts::default(), 1.0 / frames.len().max(1) as f64);
         for (parts, display_w) in frames {
             watts.parts.add(parts, weight);
             watts.display_w += weight * display_w;
@@ -133,7 +133,7 @@ pub trait PowerOracle: Send + Sync {
         shot: RenderedFrame,
         camera: &Camera,
         background: [f32; 3],
-    ) -> Result<Parts, SimError>;
+    ) -> Result<OracleParts, SimError>;
 
     /// Watts of showing these views, one after the other in each period of the display: both eyes
     /// of a pair.
@@ -144,8 +144,8 @@ pub trait PowerOracle: Send + Sync {
         &self,
         shots: Vec<(RenderedFrame, &Camera)>,
         background: [f32; 3],
-    ) -> Result<Parts, SimError> {
-        let mut all = Parts::default();
+    ) -> Result<OracleParts, SimError> {
+        let mut all = OracleParts::default();
         for (shot, camera) in shots {
             all.add(&self.frame(shot, camera, background)?, 1.0);
         }
@@ -164,7 +164,7 @@ pub trait PowerOracle: Send + Sync {
         views: &[Camera],
         background: [f32; 3],
         display: &Display,
-    ) -> Result<Watts, SimError> {
+    ) -> Result<OracleWatts, SimError> {
         assert!(!views.is_empty(), "power is a mean over at least one view");
         let options = Options { background, ..Options::reference(Detail::Counters) };
         let frame = |views: &[Camera]| {
@@ -177,9 +177,9 @@ pub trait PowerOracle: Send + Sync {
             }
             Ok((self.views(shots, background)?, display_w))
         };
-        let frames: Vec<Result<(Parts, f64), SimError>> =
+        let frames: Vec<Result<(OracleParts, f64), SimError>> =
             views.par_chunks(eyes(views)).map(frame).collect();
-        Ok(Watts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
+        Ok(OracleWatts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
     }
 }
 
@@ -206,7 +206,7 @@ impl PowerOracle for PaperOracle {
         self.fps
     }
 
-    fn frame(&self, shot: RenderedFrame, _: &Camera, _: [f32; 3]) -> Result<Parts, SimError> {
+    fn frame(&self, shot: RenderedFrame, _: &Camera, _: [f32; 3]) -> Result<OracleParts, SimError> {
         let load = |entries: u32, loaded: u32| TileLoad {
             entries: f64::from(entries),
             loaded: f64::from(loaded),
@@ -225,7 +225,7 @@ impl PowerOracle for PaperOracle {
         };
         let energy = breakdown(&counts, &self.prices);
         let watts = self.fps * 1e-12;
-        Ok(Parts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
+        Ok(OracleParts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
     }
 }
 
@@ -274,7 +274,7 @@ impl PowerOracle for CycleOracle {
         shot: RenderedFrame,
         camera: &Camera,
         background: [f32; 3],
-    ) -> Result<Parts, SimError> {
+    ) -> Result<OracleParts, SimError> {
         Ok(self.parts(&self.report(shot, camera, background)?))
     }
 
@@ -283,11 +283,11 @@ impl PowerOracle for CycleOracle {
         &self,
         shots: Vec<(RenderedFrame, &Camera)>,
         background: [f32; 3],
-    ) -> Result<Parts, SimError> {
+    ) -> Result<OracleParts, SimError> {
         let reports = shots.into_iter().map(|(shot, camera)| self.report(shot, camera, background));
         let reports: Vec<FrameReport> = reports.collect::<Result<_, _>>()?;
         let whole = reports.into_iter().reduce(FrameReport::with_right);
-        Ok(whole.map_or_else(Parts::default, |report| self.parts(&report)))
+        Ok(whole.map_or_else(OracleParts::default, |report| self.parts(&report)))
     }
 }
 
@@ -308,7 +308,7 @@ impl CycleOracle {
     }
 
     /// What [`PowerOracle::frame`] says of a frame with this report.
-    pub(crate) fn parts(&self, report: &FrameReport) -> Parts {
+    pub(crate) fn parts(&self, report: &FrameReport) -> OracleParts {
         at_rate(report, self.fps)
     }
 }
@@ -317,8 +317,8 @@ impl CycleOracle {
 ///
 /// A frame that misses the rate counts with its energy times `fps`, more than the machine can draw:
 /// its power would fall when it gets slower, and a search must not gain by that.
-fn at_rate(report: &FrameReport, fps: f64) -> Parts {
-    let mut parts = Parts::default();
+fn at_rate(report: &FrameReport, fps: f64) -> OracleParts {
+    let mut parts = OracleParts::default();
     for stage in Stage::WORK {
         for component in Component::ALL {
             parts.0[stage as usize][component as usize] =

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::job::{Job, Place};
-use super::oracle::Watts;
+use super::oracle::OracleWatts;
 use super::pooled::Pooled;
 use super::role::Role;
 use super::setup::{Seen, Setup};
@@ -57,7 +57,7 @@ pub struct Outcome {
     /// LPIPS, mean over the test views; `None` without weights.
     pub lpips_test: Option<f64>,
     /// Power over the power views.
-    pub watts: Watts,
+    pub watts: OracleWatts,
 }
 
 /// What the gate views say of a model that did not choose it.

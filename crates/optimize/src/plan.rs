@@ -55,7 +55,7 @@ pub struct Plan {
 }
 
 /// The models of one kind: ours, or those of a baseline.
-pub type Line = Option<Baseline>;
+pub type PlanLine = Option<Baseline>;
 
 impl Plan {
     /// The most iterations that the run can have.
@@ -146,7 +146,7 @@ impl Plan {
 
     /// What the models of `line` must reach at a place: in the periphery, the HVSQ of their level 1
     /// at pooling 1.
-    pub fn target_at(&self, done: &[Outcome], line: Line, place: Place) -> Option<Target> {
+    pub fn target_at(&self, done: &[Outcome], line: PlanLine, place: Place) -> Option<Target> {
         if place.level == 0 {
             return self.target(done, place.variant);
         }
@@ -190,7 +190,7 @@ impl Plan {
     pub fn model_at<'a>(
         &self,
         done: &'a [Outcome],
-        line: Line,
+        line: PlanLine,
         place: Place,
     ) -> Option<&'a Outcome> {
         let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());

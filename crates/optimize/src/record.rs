@@ -76,21 +76,22 @@ impl RecordFormats {
         read.logit_opacities.clone_from(logit_opacities);
         (read.sh_degree, read.antialiased) = (*sh_degree, scene.antialiased);
         read.sh.clone_from(sh);
-        if let Some(grid) = self.position.map(Grid::of) {
+        if let Some(grid) = self.position.map(RecordGrid::of) {
             read.means.par_iter_mut().flatten().for_each(|x| *x = grid.nearest(*x));
         }
-        if let Some(grid) = self.scale.map(Grid::of) {
+        if let Some(grid) = self.scale.map(RecordGrid::of) {
             let round = |s: &mut f32| *s = grid.nearest(s.exp()).max(grid.least).ln();
             read.log_scales.par_iter_mut().flatten().for_each(round);
         }
-        if let Some(grid) = self.rotation.map(Grid::of) {
+        if let Some(grid) = self.rotation.map(RecordGrid::of) {
             read.rotations.par_iter_mut().for_each(|q| *q = grid.turn(*q));
         }
-        if let Some(grid) = self.opacity.map(Grid::of) {
+        if let Some(grid) = self.opacity.map(RecordGrid::of) {
             read.logit_opacities.par_iter_mut().for_each(|o| *o = grid.opacity(*o));
         }
         codebook::share(read, labels);
-        let [dc, rest] = [self.colour_dc, self.colour_rest].map(|format| format.map(Grid::of));
+        let [dc, rest] =
+            [self.colour_dc, self.colour_rest].map(|format| format.map(RecordGrid::of));
         let each = scene.sh_coefficients();
         if each > 0 && (dc.is_some() || rest.is_some()) {
             read.sh.par_chunks_mut(each).for_each(|channel| colour(channel, dc, rest));
@@ -100,7 +101,7 @@ impl RecordFormats {
 
 /// Rounds the coefficients of a channel of a Gaussian. [`ShDegree::FACTORS`] ends with degree 3, as
 /// records do; a coefficient beyond is left alone.
-fn colour(channel: &mut [f32], dc: Option<Grid>, rest: Option<Grid>) {
+fn colour(channel: &mut [f32], dc: Option<RecordGrid>, rest: Option<RecordGrid>) {
     let Some((first, others)) = channel.split_first_mut() else { return };
     if let Some(grid) = dc {
         *first = (grid.nearest(*first * ShDegree::FACTORS[0] + 0.5) - 0.5) / ShDegree::FACTORS[0];
@@ -114,7 +115,7 @@ fn colour(channel: &mut [f32], dc: Option<Grid>, rest: Option<Grid>) {
 
 /// The numbers of a format, as `f32` has them all.
 #[derive(Debug, Clone, Copy)]
-struct Grid {
+struct RecordGrid {
     /// The smallest positive number: what subnormals are multiples of.
     least: f32,
     /// The smallest number with all bits of the mantissa.
@@ -127,10 +128,10 @@ struct Grid {
     dropped: u32,
 }
 
-impl Grid {
-    fn of(format: NumberFormat) -> Grid {
+impl RecordGrid {
+    fn of(format: NumberFormat) -> RecordGrid {
         let mantissa = format.mantissa_bits();
-        Grid {
+        RecordGrid {
             least: format.to_f32(1),
             normal: format.to_f32(1 << mantissa),
             largest: format.to_f32(format.largest()),
@@ -172,15 +173,15 @@ impl Grid {
 
 /// Reads models as a machine does, again and again.
 #[derive(Debug, Clone, Default)]
-pub struct Reader {
+pub struct RecordReader {
     formats: RecordFormats,
     read: Gaussians,
 }
 
-impl Reader {
+impl RecordReader {
     /// A reader of records in these formats.
-    pub fn new(formats: RecordFormats) -> Reader {
-        Reader { formats, read: Gaussians::default() }
+    pub fn new(formats: RecordFormats) -> RecordReader {
+        RecordReader { formats, read: Gaussians::default() }
     }
 
     /// The model as it is read, with these labels of its codebook, none without one; `scene` itself

@@ -27,7 +27,7 @@ pub trait Renderer: Send + Sync {
 
 /// A view to step by.
 #[derive(Debug, Clone, Copy)]
-pub struct Step<'a> {
+pub struct RendererStep<'a> {
     /// The view.
     pub camera: &'a Camera,
     /// Behind everything, sRGB.
@@ -54,7 +54,7 @@ pub trait Stepper {
     fn step(
         &mut self,
         model: &mut Model,
-        step: &Step<'_>,
+        step: &RendererStep<'_>,
         loss: &mut LossOf<'_>,
     ) -> Result<(), BadGradient>;
 }
@@ -93,7 +93,7 @@ impl Stepper for TapeStepper {
     fn step(
         &mut self,
         model: &mut Model,
-        step: &Step<'_>,
+        step: &RendererStep<'_>,
         loss: &mut LossOf<'_>,
     ) -> Result<(), BadGradient> {
         let Model { scene, adam } = model;

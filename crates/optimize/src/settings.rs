@@ -6,7 +6,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::invalid::{Invalid, in_range};
-use super::lambda::Rule;
+use super::lambda::LambdaRule;
 use super::schedule::Schedule;
 
 /// Weights of the display term, without unit.
@@ -36,19 +36,19 @@ pub enum Dimming {
     /// By gains of the colour channels, when a model is trained.
     Gains,
     /// By a display term in the loss, whose λ follows this rule.
-    Term(Rule),
+    Term(LambdaRule),
 }
 
 impl Choice for Dimming {
     const ALL: &'static [(Dimming, &'static str, &'static str)] = &[
         (Dimming::Gains, "gains", "Colour channels are scaled once a model is trained"),
         (
-            Dimming::Term(Rule::Damped),
+            Dimming::Term(LambdaRule::Damped),
             "damped",
             "By a display term, lambda by the slack that there is, with an eye on the trend",
         ),
         (
-            Dimming::Term(Rule::Published),
+            Dimming::Term(LambdaRule::Published),
             "published",
             "By a display term, lambda in full steps as the published code; begin with --lambda \
              0.01",
@@ -58,9 +58,9 @@ impl Choice for Dimming {
 
 impl Dimming {
     /// The rule of λ of a fine-tune that has a display term whatever this says.
-    pub fn rule(self) -> Rule {
+    pub fn rule(self) -> LambdaRule {
         match self {
-            Dimming::Gains => Rule::Damped,
+            Dimming::Gains => LambdaRule::Damped,
             Dimming::Term(rule) => rule,
         }
     }
@@ -171,13 +171,13 @@ impl Setting {
 }
 
 /// What a field of [`Settings`] can be.
-trait Field: Sized {
+trait SettingField: Sized {
     fn value(&self) -> Value;
     /// Nothing where the value is of another kind.
     fn read(value: Value) -> Option<Self>;
 }
 
-impl Field for u32 {
+impl SettingField for u32 {
     fn value(&self) -> Value {
         Value::Count((*self).into())
     }
@@ -187,7 +187,7 @@ impl Field for u32 {
     }
 }
 
-impl Field for u64 {
+impl SettingField for u64 {
     fn value(&self) -> Value {
         Value::Count(*self)
     }
@@ -197,7 +197,7 @@ impl Field for u64 {
     }
 }
 
-impl Field for f32 {
+impl SettingField for f32 {
     fn value(&self) -> Value {
         Value::Real((*self).into())
     }
@@ -207,7 +207,7 @@ impl Field for f32 {
     }
 }
 
-impl Field for f64 {
+impl SettingField for f64 {
     fn value(&self) -> Value {
         Value::Real(*self)
     }
@@ -226,7 +226,7 @@ trait Choice: Copy + PartialEq + 'static {
     const ALL: &'static [(Self, &'static str, &'static str)];
 }
 
-impl<C: Choice> Field for C {
+impl<C: Choice> SettingField for C {
     fn value(&self) -> Value {
         let own = C::ALL.iter().find(|(choice, ..)| choice == self);
         Value::Name(own.expect("each has a name").1)
@@ -269,7 +269,7 @@ macro_rules! settings {
             marks: &[$(Mark::$mark),*],
             get: |settings| settings.$key.value(),
             set: |settings, value| {
-                settings.$key = Field::read(value)?;
+                settings.$key = SettingField::read(value)?;
                 Some(())
             },
         },)+];

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::adam::Rates;
-use super::oracle::{PowerOracle, Watts};
+use super::oracle::{OracleWatts, PowerOracle};
 use super::pooled::Pooled;
 use super::references::References;
 use super::renderer::Renderer;
@@ -167,7 +167,7 @@ impl Setup<'_> {
     ///
     /// # Errors
     /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
-    pub fn watts(&self, scene: &Gaussians) -> Result<Watts, SimError> {
+    pub fn watts(&self, scene: &Gaussians) -> Result<OracleWatts, SimError> {
         self.oracle.watts(scene, self.power_views, self.background, self.display)
     }
 

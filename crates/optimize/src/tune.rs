@@ -14,11 +14,11 @@ mod stride;
 use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, Rates};
-use super::lambda::{Controller, ControllerState, Verdict};
+use super::lambda::{ControllerState, LambdaController, LambdaVerdict};
 use super::pooled::Pooled;
 use super::prune::{Score, keep, select, survivors};
-use super::record::{Reader, RecordFormats};
-use super::renderer::{Step, Stepper};
+use super::record::{RecordFormats, RecordReader};
+use super::renderer::{RendererStep, Stepper};
 use super::setup::{Seen, Setup};
 use super::target::Target;
 use super::times::Times;
@@ -239,13 +239,13 @@ pub struct Tuner<'a> {
     config: TuneConfig,
     target: Target,
     state: State,
-    controller: Option<Controller>,
+    controller: Option<LambdaController>,
     order: ViewOrder,
     stepper: Box<dyn Stepper + 'a>,
     losses: Losses,
     /// HVSQ, where that is the objective.
     pooled: Option<Pooled>,
-    reader: Reader,
+    reader: RecordReader,
     clock: &'a dyn Fn() -> f64,
     times: Times,
 }
@@ -260,9 +260,9 @@ impl<'a> Tuner<'a> {
         state: State,
     ) -> Tuner<'a> {
         let controller = match (config.display, state.control) {
-            (DisplayTerm::Controlled { control, .. }, None) => Some(Controller::new(control)),
+            (DisplayTerm::Controlled { control, .. }, None) => Some(LambdaController::new(control)),
             (DisplayTerm::Controlled { control, .. }, Some(s)) => {
-                Some(Controller::restored(control, s))
+                Some(LambdaController::restored(control, s))
             }
             (DisplayTerm::Off | DisplayTerm::Gains { .. } | DisplayTerm::Fixed(_), _) => None,
         };
@@ -286,7 +286,7 @@ impl<'a> Tuner<'a> {
             stepper: setup.renderer.stepper(),
             losses: Losses::default(),
             pooled,
-            reader: Reader::default(),
+            reader: RecordReader::default(),
             clock: &|| 0.0,
             times: Times::default(),
         }
@@ -296,7 +296,7 @@ impl<'a> Tuner<'a> {
     /// scored as it is read, and gradients by the numbers that are read go to the parameters as
     /// they are (straight through). The model that it ends with is that which is read.
     pub fn reading(self, formats: RecordFormats) -> Tuner<'a> {
-        Tuner { reader: Reader::new(formats), ..self }
+        Tuner { reader: RecordReader::new(formats), ..self }
     }
 
     /// The same by a clock, in seconds, which says where the time goes and changes nothing.
@@ -337,7 +337,7 @@ impl<'a> Tuner<'a> {
 
     /// The state now.
     pub fn state(&mut self) -> &State {
-        self.state.control = self.controller.as_ref().map(Controller::state);
+        self.state.control = self.controller.as_ref().map(LambdaController::state);
         &self.state
     }
 
@@ -366,7 +366,7 @@ impl<'a> Tuner<'a> {
 
     /// The model to keep and its check, and the controller's last passing λ.
     pub fn finish(mut self) -> (Model, Option<Check>, Option<f64>) {
-        let passing = self.controller.as_ref().and_then(Controller::passing);
+        let passing = self.controller.as_ref().and_then(LambdaController::passing);
         if let Some((mean, _)) = self.state.average.take() {
             self.state.model.scene = mean;
         }
@@ -493,7 +493,7 @@ impl<'a> Tuner<'a> {
         };
         self.reader.of(&self.state.model.scene, &self.state.labels);
         let (background, read) = (setup.background, self.reader.rounded());
-        let step = Step { camera, background, which, rates, read };
+        let step = RendererStep { camera, background, which, rates, read };
         let (losses, mut pooled) = (&mut self.losses, self.pooled.as_mut());
         let mut loss = None;
         let stepped = self.stepper.step(&mut self.state.model, &step, &mut |picture, by_pixel| {
@@ -620,7 +620,7 @@ impl<'a> Tuner<'a> {
         {
             is_dimming = true;
             let verdict = controller.observe(iteration - from, seen.quality, &self.target);
-            if verdict == Verdict::Settled && self.is_pruned() {
+            if verdict == LambdaVerdict::Settled && self.is_pruned() {
                 // Where it ends, too, all views that choose are looked at.
                 if !confirmed {
                     seen = look(self, true);

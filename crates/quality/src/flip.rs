@@ -44,7 +44,7 @@ pub fn map(reference: &Picture, test: &Picture, pixels_per_degree: f64) -> Vec<f
     assert_eq!((reference.width, reference.height), (test.width, test.height), "equal sizes");
     assert!(!reference.pixels.is_empty(), "a difference needs pixels");
     assert!((1.0..=1000.0).contains(&pixels_per_degree), "an eye sees 1 to 1000 pixels a degree");
-    let [a, b] = [reference, test].map(|p| Seen::of(p, pixels_per_degree));
+    let [a, b] = [reference, test].map(|p| FlipSeen::of(p, pixels_per_degree));
     // The largest difference that the sRGB gamut knows: green and blue.
     let extreme = hyab(hunt_lab([0.0, 1.0, 0.0]), hunt_lab([0.0, 0.0, 1.0])).powf(QC);
     (0..reference.pixels.len())
@@ -76,7 +76,7 @@ fn spread(difference: f32, extreme: f32) -> f32 {
 }
 
 /// A picture as the eye sees it.
-struct Seen {
+struct FlipSeen {
     /// Hunt-adjusted CIELAB of the filtered picture.
     colour: Vec<[f32; 3]>,
     /// Strength of edges.
@@ -85,8 +85,8 @@ struct Seen {
     points: Vec<f32>,
 }
 
-impl Seen {
-    fn of(picture: &Picture, pixels_per_degree: f64) -> Seen {
+impl FlipSeen {
+    fn of(picture: &Picture, pixels_per_degree: f64) -> FlipSeen {
         let size = (picture.width as usize, picture.height as usize);
         let space: Vec<[f32; 3]> = picture
             .pixels
@@ -114,7 +114,7 @@ impl Seen {
             let y = convolved(&grey, size, &features.smooth, derivative);
             x.iter().zip(&y).map(|(x, y)| x.hypot(*y)).collect()
         };
-        Seen { colour, edges: strength(&features.edge), points: strength(&features.point) }
+        FlipSeen { colour, edges: strength(&features.edge), points: strength(&features.point) }
     }
 }
 

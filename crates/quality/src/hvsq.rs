@@ -22,8 +22,8 @@ mod regional;
 use rayon::prelude::*;
 
 use axis::Axis;
-use gradient::Gradients;
-use pool::{Scratch, Sums};
+use gradient::HvsqGradients;
+use pool::{PoolScratch, PoolSums};
 use powergs_base::picture::Picture;
 use pyramid::Pyramid;
 
@@ -78,7 +78,7 @@ pub struct Hvsq {
     axes: Vec<[[Axis; 2]; LEVELS]>,
     pyramid: Pyramid,
     /// Made with the first gradient.
-    gradients: Option<Gradients>,
+    gradients: Option<HvsqGradients>,
 }
 
 impl Hvsq {
@@ -180,17 +180,17 @@ impl Hvsq {
         assert_eq!(reference.poolings(), self.axes.len(), "a reference at the same poolings");
         let mut all = vec![[0.0; STATISTICS]; self.axes.len()];
         if weights.is_some() && self.gradients.is_none() {
-            self.gradients = Some(Gradients::new(&self.pyramid));
+            self.gradients = Some(HvsqGradients::new(&self.pyramid));
         }
         let slots: Vec<_> = match (&mut self.gradients, weights) {
             (Some(gradients), Some(_)) => gradients.maps_mut().map(Some).collect(),
             _ => std::iter::repeat_with(|| None).take(3 * MAPS).collect(),
         };
         let (pyramid, axes) = (&self.pyramid, &self.axes);
-        let sums: Vec<Vec<Sums>> = slots
+        let sums: Vec<Vec<PoolSums>> = slots
             .into_par_iter()
             .enumerate()
-            .map_init(Scratch::default, |scratch, (i, gradient)| {
+            .map_init(PoolScratch::default, |scratch, (i, gradient)| {
                 let (level, map) = pyramid.map(i);
                 pool::compare(map, reference.map(i), level, axes, weights, gradient, scratch)
             })

@@ -16,7 +16,7 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::metrics::psnr_db;
-use band::{Job, Sums, Work};
+use band::{BandJob, BandWork, Sums};
 pub use glow::display_term;
 use powergs_base::picture::Picture;
 use powergs_frame::display::Display;
@@ -45,7 +45,7 @@ pub struct Parts {
 pub struct Loss {
     width: usize,
     height: usize,
-    work: Vec<Work>,
+    work: Vec<BandWork>,
     rows: Vec<Sums>,
 }
 
@@ -101,13 +101,13 @@ impl Loss {
         self.run(&job, None)
     }
 
-    fn job<'a>(&self, picture: &'a Picture, reference: &'a Picture, clamped: bool) -> Job<'a> {
+    fn job<'a>(&self, picture: &'a Picture, reference: &'a Picture, clamped: bool) -> BandJob<'a> {
         for p in [picture, reference] {
             let size = (p.width as usize, p.height as usize);
             assert_eq!(size, (self.width, self.height), "the size of the loss");
             assert_eq!(p.pixels.len(), self.width * self.height, "all pixels are there");
         }
-        Job::new(
+        BandJob::new(
             self.width,
             self.height,
             picture.pixels.as_flattened(),
@@ -117,19 +117,20 @@ impl Loss {
     }
 
     /// Runs all bands; returns means.
-    fn run(&mut self, job: &Job, gradient: Option<&mut [f32]>) -> Sums {
+    fn run(&mut self, job: &BandJob, gradient: Option<&mut [f32]>) -> Sums {
         // Neighbouring bands share ten rows of work: few bands, but enough to share evenly.
         let threads = rayon::current_num_threads();
         let bands = if threads == 1 { 1 } else { 2 * threads }.min(self.height.div_ceil(16));
         let height = self.height.div_ceil(bands);
         let bands = self.height.div_ceil(height);
         let width = self.width;
-        self.work.resize_with(bands.max(self.work.len()), || Work::new(width));
+        self.work.resize_with(bands.max(self.work.len()), || BandWork::new(width));
         let level = Level::new();
-        let band = |i: usize, work: &mut Work, rows: &mut [Sums], gradient: Option<&mut [f32]>| {
-            let first = i * height;
-            dispatch!(level, simd => band::run(simd, job, first, work, rows, gradient));
-        };
+        let band =
+            |i: usize, work: &mut BandWork, rows: &mut [Sums], gradient: Option<&mut [f32]>| {
+                let first = i * height;
+                dispatch!(level, simd => band::run(simd, job, first, work, rows, gradient));
+            };
         let parts =
             self.work[..bands].par_iter_mut().zip(self.rows.par_chunks_mut(height)).enumerate();
         match gradient {

@@ -121,18 +121,18 @@ pub struct Hit {
 }
 
 /// One value per pixel of a block.
-pub(super) type Rows = [[f32; BLOCK]; BLOCK];
+pub(super) type BlendRows = [[f32; BLOCK]; BLOCK];
 
 /// One value per row of a block, where vectors of them are stored and loaded one by one: a store
 /// across two cache lines cannot be forwarded.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Line([f32; BLOCK]);
+pub(super) struct BlendLine([f32; BLOCK]);
 
-impl Line {
+impl BlendLine {
     #[inline(always)]
-    pub(super) fn of<S: Simd>(values: f32x16<S>) -> Line {
-        Line(values.into())
+    pub(super) fn of<S: Simd>(values: f32x16<S>) -> BlendLine {
+        BlendLine(values.into())
     }
 
     /// The value of row `y`, in all lanes.
@@ -145,15 +145,15 @@ impl Line {
 /// The state of one block.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub struct Block {
+pub struct BlendBlock {
     /// Negative where the pixel stopped, 0 where it takes no part.
-    transmittance: Rows,
-    colour: [Rows; 3],
+    transmittance: BlendRows,
+    colour: [BlendRows; 3],
     /// Of the batch at hand.
     pub(super) strokes: Strokes,
     /// Entries with α ≥ 1/255 so far, the terminating one included.
     blended: [[u32; BLOCK]; BLOCK],
-    heaviest: Rows,
+    heaviest: BlendRows,
     heaviest_rank: [[u32; BLOCK]; BLOCK],
     /// Entries at which pixels stopped (only if counted).
     stop: [[u32; BLOCK]; BLOCK],
@@ -169,16 +169,16 @@ pub struct Block {
     pub tally: Vec<(u32, u32)>,
 }
 
-impl Default for Block {
+impl Default for BlendBlock {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Block {
+impl BlendBlock {
     /// A block that takes no part yet.
-    pub(crate) fn new() -> Block {
-        Block {
+    pub(crate) fn new() -> BlendBlock {
+        BlendBlock {
             transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
             strokes: Strokes::new(),
@@ -195,7 +195,7 @@ impl Block {
     }
 
     /// Starts over with the top-left pixel at (x, y), of which `width` x `height` pixels take part.
-    pub(crate) fn reset<R: Record>(&mut self, x: u32, y: u32, width: usize, height: usize) {
+    pub(crate) fn reset<R: BlendRecord>(&mut self, x: u32, y: u32, width: usize, height: usize) {
         self.transmittance = [[0.0; BLOCK]; BLOCK];
         for row in self.transmittance.iter_mut().take(height) {
             row[..width].fill(1.0);
@@ -281,11 +281,11 @@ impl Block {
         let strokes = &mut self.strokes;
         strokes.touched = [0; BATCH];
         for (at, paint) in near.iter().enumerate() {
-            let form = Form::of(simd, paint, rows);
+            let form = BlendForm::of(simd, paint, rows);
             let base = form.base(simd, tint(at).log_opacity);
             strokes.touched[at] = form.touched(simd, paint, base, first, last) as u16;
-            strokes.base[at] = Line::of(base);
-            strokes.linear[at] = Line::of(form.linear);
+            strokes.base[at] = BlendLine::of(base);
+            strokes.linear[at] = BlendLine::of(form.linear);
         }
     }
 
@@ -305,7 +305,13 @@ impl Block {
 
     /// Takes note of pixels of row `y` that list entry `at` stops.
     #[inline(always)]
-    fn note_stops<S: Simd, R: Record>(&mut self, simd: S, y: usize, stops: mask32x16<S>, at: u32) {
+    fn note_stops<S: Simd, R: BlendRecord>(
+        &mut self,
+        simd: S,
+        y: usize,
+        stops: mask32x16<S>,
+        at: u32,
+    ) {
         self.stopped |= 1 << y;
         if R::COUNT {
             let old = u32x16::from_slice(simd, &self.stop[y]);
@@ -315,7 +321,7 @@ impl Block {
 }
 
 /// What is recorded besides the image.
-pub trait Record: Copy + Send + Sync {
+pub trait BlendRecord: Copy + Send + Sync {
     /// Count entries that reach α ≥ 1/255.
     const COUNT: bool;
     /// Find the heaviest splat of every pixel.
@@ -331,7 +337,7 @@ pub trait Record: Copy + Send + Sync {
 /// The image alone.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ImageOnly;
-impl Record for ImageOnly {
+impl BlendRecord for ImageOnly {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
     const HITS: bool = false;
@@ -339,8 +345,8 @@ impl Record for ImageOnly {
 
 /// The counters of a trace.
 #[derive(Debug, Clone, Copy)]
-pub struct Counted;
-impl Record for Counted {
+pub struct BlendCounted;
+impl BlendRecord for BlendCounted {
     const COUNT: bool = true;
     const DOMINANCE: bool = false;
     const HITS: bool = false;
@@ -349,7 +355,7 @@ impl Record for Counted {
 /// The counters of a trace and those that pruning needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Dominance;
-impl Record for Dominance {
+impl BlendRecord for Dominance {
     const COUNT: bool = true;
     const DOMINANCE: bool = true;
     const HITS: bool = false;
@@ -359,7 +365,7 @@ impl Record for Dominance {
 /// The records of the backward pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Taped;
-impl Record for Taped {
+impl BlendRecord for Taped {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
     const HITS: bool = true;
@@ -368,7 +374,7 @@ impl Record for Taped {
 /// The pixels that each splat is blended into.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tallied;
-impl Record for Tallied {
+impl BlendRecord for Tallied {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
     const HITS: bool = false;
@@ -380,10 +386,10 @@ pub(super) const BATCH: usize = 64;
 
 /// Blends the splats of a list of ranks into `block`.
 #[simd]
-pub(super) fn blend<S: Simd, R: Record, P: Palette>(
+pub(super) fn blend<S: Simd, R: BlendRecord, P: Palette>(
     simd: S,
     record: R,
-    block: &mut Block,
+    block: &mut BlendBlock,
     ranks: &[u32],
     palette: P,
 ) {
@@ -410,10 +416,10 @@ struct Findings {
 /// Blends up to [`BATCH`] entries; `first` is the position of the first one, `tint` says what each
 /// blends. One row of pixels after the other, so that its state stays in registers.
 #[inline(always)]
-pub(super) fn blend_batch<S: Simd, R: Record>(
+pub(super) fn blend_batch<S: Simd, R: BlendRecord>(
     simd: S,
     record: R,
-    block: &mut Block,
+    block: &mut BlendBlock,
     first: usize,
     ranks: &[u32],
     near: &[Paint; BATCH],
@@ -430,7 +436,7 @@ pub(super) fn blend_batch<S: Simd, R: Record>(
         let y = alive.trailing_zeros() as usize & (BLOCK - 1);
         alive &= alive - 1;
         if by_row[y] != 0 {
-            let row = Row { y, touching: by_row[y], first: first as u32 };
+            let row = BlendRow { y, touching: by_row[y], first: first as u32 };
             blend_row(simd, record, block, row, (ranks, near), &tint, &mut findings);
         }
     }
@@ -454,15 +460,15 @@ pub(super) fn blend_batch<S: Simd, R: Record>(
 /// which rows they can reach.
 #[derive(Debug, Clone)]
 pub(super) struct Strokes {
-    base: [Line; BATCH],
-    linear: [Line; BATCH],
+    base: [BlendLine; BATCH],
+    linear: [BlendLine; BATCH],
     /// Rows in which each can reach α = 1/255, one bit each.
     touched: [u16; BATCH],
 }
 
 impl Strokes {
     fn new() -> Strokes {
-        let line = Line([0.0; BLOCK]);
+        let line = BlendLine([0.0; BLOCK]);
         Strokes { base: [line; BATCH], linear: [line; BATCH], touched: [0; BATCH] }
     }
 
@@ -500,7 +506,7 @@ fn by_entry<S: Simd>(simd: S, by_row: &[u64; BLOCK]) -> [u16; BATCH] {
 }
 
 /// The exponent of one splat on the 16 rows of a block, as far as its opacity has no part in it.
-struct Form<S: Simd> {
+struct BlendForm<S: Simd> {
     dy: f32x16<S>,
     /// C δy².
     square: f32x16<S>,
@@ -508,12 +514,12 @@ struct Form<S: Simd> {
     linear: f32x16<S>,
 }
 
-impl<S: Simd> Form<S> {
+impl<S: Simd> BlendForm<S> {
     #[inline(always)]
-    fn of(_simd: S, paint: &Paint, rows: f32x16<S>) -> Form<S> {
+    fn of(_simd: S, paint: &Paint, rows: f32x16<S>) -> BlendForm<S> {
         let [_, b, c] = paint.quadratic;
         let dy = rows - paint.mean[1];
-        Form { dy, square: dy * c, linear: dy * b }
+        BlendForm { dy, square: dy * c, linear: dy * b }
     }
 
     /// The exponent at δx = 0.
@@ -544,16 +550,19 @@ impl<S: Simd> Form<S> {
 }
 
 /// The exponent of one splat on the 16 rows of a block: `(a δx + linear) δx + base`.
-pub(super) struct Lines {
-    pub(super) base: Line,
-    pub(super) linear: Line,
+pub(super) struct BlendLines {
+    pub(super) base: BlendLine,
+    pub(super) linear: BlendLine,
 }
 
-impl Lines {
+impl BlendLines {
     #[inline(always)]
-    pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>) -> Lines {
-        let form = Form::of(simd, paint, rows);
-        Lines { base: Line::of(form.base(simd, paint.log_opacity)), linear: Line::of(form.linear) }
+    pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>) -> BlendLines {
+        let form = BlendForm::of(simd, paint, rows);
+        BlendLines {
+            base: BlendLine::of(form.base(simd, paint.log_opacity)),
+            linear: BlendLine::of(form.linear),
+        }
     }
 }
 
@@ -567,7 +576,7 @@ pub(super) fn alpha_of<S: Simd>(simd: S, power: f32x16<S>, log_opacity: f32) -> 
 }
 
 /// A row of a block and what is blended into it.
-struct Row {
+struct BlendRow {
     y: usize,
     /// The entries of the batch that touch it, one bit each; at least one.
     touching: u64,
@@ -578,11 +587,11 @@ struct Row {
 /// Blends the entries of a batch that touch a row.
 /// That a pixel stops is rare enough for a branch.
 #[inline(always)]
-fn blend_row<S: Simd, R: Record>(
+fn blend_row<S: Simd, R: BlendRecord>(
     simd: S,
     _record: R,
-    block: &mut Block,
-    Row { y, touching, first }: Row,
+    block: &mut BlendBlock,
+    BlendRow { y, touching, first }: BlendRow,
     (ranks, near): (&[u32], &[Paint; BATCH]),
     tint: impl Fn(usize) -> Tint,
     findings: &mut Findings,
@@ -666,7 +675,7 @@ fn blend_row<S: Simd, R: Record>(
 #[simd]
 pub(crate) fn write_block<S: Simd>(
     simd: S,
-    block: &Block,
+    block: &BlendBlock,
     background: [f32; 3],
     (width, height): (usize, usize),
     out: &mut [[f32; 3]],

@@ -5,10 +5,10 @@ use std::sync::atomic::AtomicU64;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::blend::{Counted, Dominance, ImageOnly, OPEN, Record, Tallied, WEIGHT_STEP};
+use super::blend::{BlendCounted, BlendRecord, Dominance, ImageOnly, OPEN, Tallied, WEIGHT_STEP};
 use super::prepare::Prepared;
 use super::row::{
-    Everything, Fetched, RowTarget, Shared, TileCount, Work, count_fetches, render_row,
+    Fetched, KeepEverything, RowTarget, Shared, TileCount, Work, count_fetches, render_row,
 };
 use powergs_base::picture::Picture;
 use powergs_frame::splat::runs::Touch;
@@ -125,7 +125,7 @@ impl Canvas {
     pub fn render(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> &Rendered {
         match options.detail {
             Detail::Image => self.render_as(scene, camera, options, ImageOnly),
-            Detail::Counters => self.render_as(scene, camera, options, Counted),
+            Detail::Counters => self.render_as(scene, camera, options, BlendCounted),
             Detail::Dominance => self.render_as(scene, camera, options, Dominance),
             Detail::Hits => self.render_as(scene, camera, options, Tallied),
         }
@@ -139,7 +139,7 @@ impl Canvas {
         self.rendered.take_frame(camera, options.background)
     }
 
-    fn render_as<R: Record>(
+    fn render_as<R: BlendRecord>(
         &mut self,
         scene: &Gaussians,
         camera: &Camera,
@@ -174,7 +174,7 @@ impl Canvas {
             });
         rendered.fetches.clear();
         if R::COUNT {
-            count_fetches(runs, fetched, options.level, |_| Everything, &mut rendered.fetches);
+            count_fetches(runs, fetched, options.level, |_| KeepEverything, &mut rendered.fetches);
         }
         rendered.dominance.clear();
         if R::DOMINANCE {
@@ -249,7 +249,7 @@ const PREVIEW_SIDE: u32 = 480;
 
 impl Rendered {
     /// Makes room for a view; what is recorded of every pixel and tile is written later.
-    fn resize<R: Record>(&mut self, camera: &Camera, grid: TileGrid) {
+    fn resize<R: BlendRecord>(&mut self, camera: &Camera, grid: TileGrid) {
         let n = camera.width as usize * camera.height as usize;
         (self.picture.width, self.picture.height) = (camera.width, camera.height);
         self.picture.pixels.resize(n, [0.0; 3]);

@@ -13,8 +13,8 @@ mod row;
 use rayon::prelude::*;
 
 use self::paints::LevelPaints;
-use self::row::{Shared, Target, Work, render_row};
-use super::blend::{Counted, ImageOnly, Record};
+use self::row::{FoveatedRowTarget, Shared, Work, render_row};
+use super::blend::{BlendCounted, BlendRecord, ImageOnly};
 use super::forward::{Detail, Options, preview};
 use super::row::{Fetched, TileCount, count_fetches};
 use powergs_base::picture::Picture;
@@ -86,12 +86,12 @@ pub fn render_foveated(
     Ok(match options.detail {
         Detail::Image => render_as(model, camera, *gaze, &levels, options, ImageOnly),
         Detail::Counters | Detail::Dominance | Detail::Hits => {
-            render_as(model, camera, *gaze, &levels, options, Counted)
+            render_as(model, camera, *gaze, &levels, options, BlendCounted)
         }
     })
 }
 
-fn render_as<R: Record>(
+fn render_as<R: BlendRecord>(
     model: &Foveated,
     camera: &Camera,
     gaze: ScreenGaze,
@@ -142,7 +142,7 @@ fn targets<'a>(
     frame: &'a mut FoveatedFrame,
     fetched: &'a mut [Fetched],
     grid: TileGrid,
-) -> Vec<Target<'a>> {
+) -> Vec<FoveatedRowTarget<'a>> {
     let lines = (grid.width * grid.tile) as usize;
     let mut stop_rank = frame.pixels.stop_rank.chunks_mut(lines);
     let mut blended = frame.pixels.blended.chunks_mut(lines);
@@ -151,7 +151,7 @@ fn targets<'a>(
     let mut fetched = fetched.chunks_mut(grid.nx as usize);
     let rows = frame.picture.pixels.chunks_mut(lines);
     rows.zip(frame.tiles.chunks_mut(grid.nx as usize))
-        .map(|(pixels, tiles)| Target {
+        .map(|(pixels, tiles)| FoveatedRowTarget {
             pixels,
             tiles,
             fetched: fetched.next().unwrap_or_default(),
@@ -188,7 +188,7 @@ fn totals(model: &Foveated, frame: &FoveatedFrame) -> (Counters, FoveaCounters) 
 }
 
 impl FoveatedFrame {
-    fn sized<R: Record>(camera: &Camera, gaze: ScreenGaze, grid: TileGrid) -> FoveatedFrame {
+    fn sized<R: BlendRecord>(camera: &Camera, gaze: ScreenGaze, grid: TileGrid) -> FoveatedFrame {
         let n = camera.width as usize * camera.height as usize;
         let column = || vec![0; if R::COUNT { n } else { 0 }];
         let (width, height) = (camera.width, camera.height);

@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, u32x16};
 use rayon::prelude::*;
 
-use super::blend::{BLOCK, Block, Paint, Record, blend, write_block};
+use super::blend::{BLOCK, BlendBlock, BlendRecord, Paint, blend, write_block};
 use powergs_frame::splat::runs::{Run, Runs};
 use powergs_frame::trace::NEVER;
 
@@ -76,7 +76,7 @@ pub struct Shared<'a> {
 
 /// The lists of a row of tiles.
 #[derive(Debug, Default)]
-pub(super) struct Lists {
+pub(super) struct RowLists {
     /// First entry of each tile, and the end.
     starts: Vec<usize>,
     /// Where the next entry of each tile goes.
@@ -86,7 +86,7 @@ pub(super) struct Lists {
 }
 
 /// Which splats a tile of a row keeps of those that touch it.
-pub(super) trait Keep {
+pub(super) trait RowKeep {
     /// All of them: nothing is asked.
     const ALL: bool;
 
@@ -98,9 +98,9 @@ pub(super) trait Keep {
 }
 
 /// Keeps all.
-pub(super) struct Everything;
+pub(super) struct KeepEverything;
 
-impl Keep for Everything {
+impl RowKeep for KeepEverything {
     const ALL: bool = true;
 
     fn highest(&self, _: &Run) -> u8 {
@@ -115,22 +115,22 @@ impl Keep for Everything {
 /// Memory that is used again for each row.
 #[derive(Debug, Default)]
 pub(super) struct Work {
-    lists: Lists,
-    block: Block,
+    lists: RowLists,
+    block: BlendBlock,
 }
 
 /// Renders row `ty` into `out`.
-pub(super) fn render_row<R: Record>(
+pub(super) fn render_row<R: BlendRecord>(
     shared: &Shared<'_>,
     ty: u32,
     record: R,
     Work { lists, block }: &mut Work,
     out: &mut RowTarget<'_>,
 ) {
-    lists.build(shared.runs, ty, &Everything);
+    lists.build(shared.runs, ty, &KeepEverything);
     for tx in 0..shared.runs.grid.nx {
         let entries = lists.of(tx);
-        let tile = Tile { tx, ty, entries, accepted: entries.len() as u32 };
+        let tile = RasterTile { tx, ty, entries, accepted: entries.len() as u32 };
         let count = tile.render(shared, record, block, out);
         out.tiles[tx as usize] = count;
         if R::COUNT {
@@ -139,10 +139,10 @@ pub(super) fn render_row<R: Record>(
     }
 }
 
-impl Lists {
+impl RowLists {
     /// Makes the lists of row `ty`.
-    pub fn build<K: Keep>(&mut self, runs: &Runs, ty: u32, keep: &K) {
-        let Lists { starts, next, entries } = self;
+    pub fn build<K: RowKeep>(&mut self, runs: &Runs, ty: u32, keep: &K) {
+        let RowLists { starts, next, entries } = self;
         let total = find_starts(runs, ty, keep, starts);
         next.clone_from(starts);
         entries.resize(total, 0);
@@ -164,7 +164,7 @@ impl Lists {
 }
 
 /// Finds where the lists of row `ty` begin, and the end; returns how many entries they have.
-pub(super) fn find_starts<K: Keep>(
+pub(super) fn find_starts<K: RowKeep>(
     runs: &Runs,
     ty: u32,
     keep: &K,
@@ -196,7 +196,7 @@ pub(super) fn find_starts<K: Keep>(
 }
 
 /// Counts the tiles that fetched each splat, by rank. `keep` says what the tiles of a row keep.
-pub(super) fn count_fetches<K: Keep>(
+pub(super) fn count_fetches<K: RowKeep>(
     runs: &Runs,
     fetched: &[Fetched],
     level: Level,
@@ -226,7 +226,7 @@ const LANES: usize = 16;
 /// Adds the fetches of the runs of a row, of splats from rank `first` on; the tiles of the row are
 /// fetched as far as `row` says.
 #[inline(always)]
-fn add_fetches<S: Simd, K: Keep>(
+fn add_fetches<S: Simd, K: RowKeep>(
     simd: S,
     runs: &[Run],
     row: &[u32],
@@ -253,7 +253,7 @@ fn add_fetches<S: Simd, K: Keep>(
     }
 }
 
-struct Tile<'a> {
+struct RasterTile<'a> {
     tx: u32,
     ty: u32,
     /// Ranks.
@@ -261,13 +261,13 @@ struct Tile<'a> {
     accepted: u32,
 }
 
-impl Tile<'_> {
+impl RasterTile<'_> {
     /// Renders the tile in blocks of 16x16 pixels.
-    fn render<R: Record>(
+    fn render<R: BlendRecord>(
         &self,
         shared: &Shared<'_>,
         record: R,
-        block: &mut Block,
+        block: &mut BlendBlock,
         out: &mut RowTarget<'_>,
     ) -> TileCount {
         let (x0, y0, x1, y1) = shared.runs.grid.pixels(self.tx, self.ty);
@@ -313,9 +313,9 @@ impl Tile<'_> {
     /// Writes the counts of a finished block of `w` x `h` pixels to the columns, from `corner` on
     /// in lines of `width`; returns the entries that its last pixel iterated.
     #[inline(always)]
-    fn count_block<R: Record>(
+    fn count_block<R: BlendRecord>(
         &self,
-        block: &Block,
+        block: &BlendBlock,
         (w, h): (usize, usize),
         corner: usize,
         width: usize,

@@ -76,7 +76,7 @@ pub enum Which {
 #[derive(Debug, Default)]
 pub struct Tape {
     picture: Picture,
-    frame: Option<Frame>,
+    frame: Option<TrainFrame>,
     prepared: Prepared,
     rows: Vec<Row>,
     /// By rank.
@@ -86,7 +86,7 @@ pub struct Tape {
 }
 
 #[derive(Debug)]
-struct Frame {
+struct TrainFrame {
     view: View,
     options: Options,
     /// Gaussians in the scene.
@@ -117,7 +117,7 @@ impl Tape {
             });
         let view = View::new(camera);
         let points = scene.len();
-        self.frame = Some(Frame { view, options: *options, points });
+        self.frame = Some(TrainFrame { view, options: *options, points });
         &self.picture
     }
 

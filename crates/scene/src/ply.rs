@@ -14,7 +14,7 @@ use super::Warning;
 use super::error::{DAMAGED, SceneError};
 use super::input::Input;
 use super::read::{Format, Model};
-use header::{Element, Encoding, Header, Mode};
+use header::{Element, Encoding, PlyHeader, PlyMode};
 
 pub(super) use compressed::write as write_compressed;
 pub use write::write;
@@ -39,14 +39,14 @@ pub(super) fn read(input: Input<'_>) -> Result<Model, SceneError> {
     };
     // What the columns say weighs more than a comment.
     let is_flat = warnings.contains(&Warning::Flat);
-    if header.mode == Mode::Flat && !is_flat {
+    if header.mode == PlyMode::Flat && !is_flat {
         warnings.push(Warning::Flat);
     }
-    gaussians.antialiased = header.mode == Mode::Antialiased && !is_flat;
+    gaussians.antialiased = header.mode == PlyMode::Antialiased && !is_flat;
     Ok(Model { gaussians, format, warnings })
 }
 
-impl Header {
+impl PlyHeader {
     /// The element called `name`, after skipping those before it.
     fn advance(
         &self,

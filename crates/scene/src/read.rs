@@ -90,13 +90,13 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
     let reader: Box<dyn BufRead + '_> = Box::new(Cursor::new(head).chain(reader));
     let input = Input { reader, len };
     let model = match kind {
-        Kind::Ply => ply::read(input)?,
-        Kind::Spz => spz::read(input)?,
-        Kind::Zip => sog::read_bundle(input)?,
-        Kind::Glb => gltf::read_binary(folder, input)?,
-        Kind::Json => return read_json(folder, name, input, lod),
-        Kind::Splat => splat_rows::read(input)?,
-        Kind::Foveated => read_level(input)?,
+        ReadKind::Ply => ply::read(input)?,
+        ReadKind::Spz => spz::read(input)?,
+        ReadKind::Zip => sog::read_bundle(input)?,
+        ReadKind::Glb => gltf::read_binary(folder, input)?,
+        ReadKind::Json => return read_json(folder, name, input, lod),
+        ReadKind::Splat => splat_rows::read(input)?,
+        ReadKind::Foveated => read_level(input)?,
     };
     match lod {
         None => Ok(model),
@@ -133,7 +133,7 @@ fn read_json(
     }
 }
 
-enum Kind {
+enum ReadKind {
     Glb,
     Ply,
     Spz,
@@ -152,28 +152,28 @@ fn read_level(input: Input<'_>) -> Result<Model, SceneError> {
     Ok(Model { gaussians, format: Format::Foveated, warnings: Vec::new() })
 }
 
-fn recognise(head: &[u8], len: u64, name: &str) -> Result<Kind, SceneError> {
+fn recognise(head: &[u8], len: u64, name: &str) -> Result<ReadKind, SceneError> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().find(|b| !b.is_ascii_whitespace());
     if let Some(error) = foreign::by_content(head) {
         Err(error)
     } else if head.starts_with(&foveated::MAGIC) {
-        Ok(Kind::Foveated)
+        Ok(ReadKind::Foveated)
     } else if head.starts_with(gltf::MAGIC) {
-        Ok(Kind::Glb)
+        Ok(ReadKind::Glb)
     } else if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
-        Ok(Kind::Ply)
+        Ok(ReadKind::Ply)
     } else if head.starts_with(b"NGSP") || head.starts_with(&[0x1f, 0x8b]) {
-        Ok(Kind::Spz)
+        Ok(ReadKind::Spz)
     } else if head.starts_with(b"PK\x03\x04") {
-        Ok(Kind::Zip)
+        Ok(ReadKind::Zip)
     } else if first == Some(&b'{') {
-        Ok(Kind::Json)
+        Ok(ReadKind::Json)
     } else if let Some(error) = foreign::by_name(name) {
         // Rows of `.splat` have no magic, and some foreign files look like them.
         Err(error)
     } else if splat_rows::plausible(head, len) {
-        Ok(Kind::Splat)
+        Ok(ReadKind::Splat)
     } else {
         let start = String::from_utf8_lossy(&head[..head.len().min(12)]).escape_debug().to_string();
         Err(SceneError::Unknown { start: format!("\"{start}\"") })

@@ -26,11 +26,11 @@ pub use stability::Stability;
 pub use table::{Table, TableError};
 
 use axes::Axis;
-use designs::Slice;
+use designs::DesignSlice;
 use distance::Distance;
 use ends::AtEnd;
 use front::{Costs, are_alike, is_alike};
-use knee::Scaling;
+use knee::KneeScaling;
 use marginal::{Marginal, Neighbour};
 use rate::Late;
 
@@ -83,7 +83,7 @@ pub struct Analysis<'t> {
     /// Places of the front in `rows`, in the same order.
     pub members: Vec<usize>,
     /// How costs are scaled.
-    pub scaling: Scaling,
+    pub scaling: KneeScaling,
     /// Row of the knee.
     pub knee: u32,
     /// Rows of the best designs of every objective.
@@ -122,7 +122,7 @@ impl<'t> Analysis<'t> {
         let energy_table = energy_table(table, question)?;
         let label = table.energy_tables.distinct().get(energy_table as usize);
         let label = label.cloned().unwrap_or_default();
-        let slice = Slice::of(table, energy_table, &question.scope);
+        let slice = DesignSlice::of(table, energy_table, &question.scope);
         let (simulated, _) = designs::with_costs(table, &question.objectives, &slice.rows);
         if simulated.is_empty() {
             let scope = question.scope.to_string();
@@ -138,7 +138,7 @@ impl<'t> Analysis<'t> {
             let others = (0..table.energy_tables.distinct().len() as u32)
                 .filter(|code| *code != energy_table)
                 .filter_map(|code| {
-                    let rows = Slice::of(table, code, &question.scope).rows;
+                    let rows = DesignSlice::of(table, code, &question.scope).rows;
                     let met = designs::meeting(table, condition, &rows).ok()?.len();
                     Some((table.energy_tables.distinct()[code as usize].clone(), met))
                 });
@@ -157,7 +157,7 @@ impl<'t> Analysis<'t> {
             let by_first = costs.of(a)[0].total_cmp(&costs.of(b)[0]);
             by_first.then(a.cmp(&b))
         });
-        let scaling = Scaling::of(&costs, &members);
+        let scaling = KneeScaling::of(&costs, &members);
         let row_of = |design: usize| rows[design];
         let front: Vec<u32> = members.iter().copied().map(row_of).collect();
         let twins = front::twins(&costs, &members, epsilon);

@@ -33,14 +33,14 @@ pub struct Replay<'a> {
 
 /// What is kept of one machine's frames.
 #[derive(Debug, Default)]
-struct Kept {
+struct ReplayKept {
     reports: Vec<FrameReport>,
     /// The tile lists of the slowest frame so far, if they are wanted, and what makes it slow.
     slowest: Option<(u64, TileLoad)>,
     wants_tiles: bool,
 }
 
-impl Kept {
+impl ReplayKept {
     fn add(&mut self, view: FrameView<'_>) {
         let FrameView { position, workload, preview, report, .. } = view;
         if self.wants_tiles {
@@ -110,8 +110,8 @@ impl Replay<'_> {
         subjects.extend(doubled.map(|system| Subject::of(system).only(&tried)));
         subjects.extend(calibrated.iter().map(|system| Subject::of(system).only(&tried)));
         subjects.extend(compared.iter().map(Subject::of));
-        let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
-        let folded = Session::new(frames, watch).fold(&subjects, start, Kept::add)?;
+        let start = |i| ReplayKept { wants_tiles: i == 0, ..ReplayKept::default() };
+        let folded = Session::new(frames, watch).fold(&subjects, start, ReplayKept::add)?;
         drop(subjects);
         let mut kept = folded.states.into_iter();
         let main = kept.next().expect("the first subject");

@@ -240,9 +240,9 @@ fn webp(mut pixels: Vec<[u8; 4]>, width: usize) -> Vec<u8> {
 }
 
 /// 256 steps over the values, and the step nearest to a value.
-struct Codebook(f64, f64);
+struct SceneFileCodebook(f64, f64);
 
-impl Codebook {
+impl SceneFileCodebook {
     fn of<'a>(values: impl Iterator<Item = &'a f32> + Clone) -> Self {
         let fold = |pick: fn(f32, f32) -> f32, start| values.clone().copied().fold(start, pick);
         Self(fold(f32::min, f32::MAX).into(), fold(f32::max, f32::MIN).into())
@@ -272,9 +272,9 @@ pub fn sog(scene: &Gaussians, version: u8) -> Files {
     let positions: Vec<_> =
         scene.means.iter().map(|m| m.map(|v| sixteen(v).to_le_bytes())).collect();
     let half = |k: usize| positions.iter().map(|p| [p[0][k], p[1][k], p[2][k], 255]).collect();
-    let scales = Codebook::of(scene.log_scales.iter().flatten());
-    let dc = Codebook::of(scene.sh.iter().step_by(n).chain(&scene.logit_opacities));
-    let rest = Codebook::of(scene.sh.iter());
+    let scales = SceneFileCodebook::of(scene.log_scales.iter().flatten());
+    let dc = SceneFileCodebook::of(scene.sh.iter().step_by(n).chain(&scene.logit_opacities));
+    let rest = SceneFileCodebook::of(scene.sh.iter());
     let opacity = |logit: f32| match version {
         2 => byte(255.0 * sigmoid(logit)),
         _ => dc.byte(logit),

@@ -13,7 +13,7 @@ use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// What the cameras see.
 #[derive(Debug, Clone)]
-enum Model {
+enum RenderedModel {
     Plain(Arc<Gaussians>),
     /// With the gaze of each view.
     Foveated(Arc<Foveated>, Vec<ScreenGaze>),
@@ -23,7 +23,7 @@ enum Model {
 #[derive(Debug, Clone)]
 pub struct RenderedViews {
     name: String,
-    model: Model,
+    model: RenderedModel,
     cameras: Vec<Camera>,
     options: Options,
     budget: Budget,
@@ -52,7 +52,7 @@ const FOVEATED_PIXEL: u64 = 80;
 impl RenderedViews {
     /// The views of `cameras` on a black background.
     pub fn new(name: &str, scene: Arc<Gaussians>, cameras: Vec<Camera>) -> RenderedViews {
-        RenderedViews::of(name, Model::Plain(scene), cameras)
+        RenderedViews::of(name, RenderedModel::Plain(scene), cameras)
     }
 
     /// The views of a foveated model: each camera with where the viewer looks.
@@ -62,10 +62,10 @@ impl RenderedViews {
         views: impl IntoIterator<Item = (Camera, ScreenGaze)>,
     ) -> RenderedViews {
         let (cameras, gazes) = views.into_iter().unzip();
-        RenderedViews::of(name, Model::Foveated(model, gazes), cameras)
+        RenderedViews::of(name, RenderedModel::Foveated(model, gazes), cameras)
     }
 
-    fn of(name: &str, model: Model, cameras: Vec<Camera>) -> RenderedViews {
+    fn of(name: &str, model: RenderedModel, cameras: Vec<Camera>) -> RenderedViews {
         let options = Options::reference(Detail::Counters);
         let (budget, canvases) = (Budget::DEFAULT, Canvases::default());
         RenderedViews { name: name.to_owned(), model, cameras, options, budget, canvases }
@@ -111,8 +111,8 @@ impl Frames for RenderedViews {
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let (camera, options) = (self.cameras[position].clone(), self.options);
         let pixel = match self.model {
-            Model::Plain(_) => PIXEL,
-            Model::Foveated(..) => FOVEATED_PIXEL,
+            RenderedModel::Plain(_) => PIXEL,
+            RenderedModel::Foveated(..) => FOVEATED_PIXEL,
         };
         let bytes = u64::from(camera.width) * u64::from(camera.height) * pixel;
         self.budget.check(bytes).map_err(|over| {
@@ -120,11 +120,11 @@ impl Frames for RenderedViews {
             RunError::Request(format!("view {name}: a frame of {width}x{height} pixels {over}"))
         })?;
         Ok(match &self.model {
-            Model::Plain(scene) => {
+            RenderedModel::Plain(scene) => {
                 let (scene, canvases) = (Arc::clone(scene), self.canvases.clone());
                 Pending::new(bytes, move || Ok(Arc::new(canvases.frame(&scene, &camera, &options))))
             }
-            Model::Foveated(model, gazes) => {
+            RenderedModel::Foveated(model, gazes) => {
                 let (model, gaze) = (Arc::clone(model), gazes[position]);
                 Pending::new(bytes, move || {
                     let rendered = render_foveated(&model, &camera, &gaze, &options)

@@ -6,8 +6,10 @@ use serde_json::{Map, Value as Json, json};
 use toml::{Table, Value};
 
 use super::{Kind, open};
+use crate::cli::failure::ConfigUsage;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::config::knob::shown;
+use powergs_core::accel::Machine;
 use powergs_core::run::RunError;
 use powergs_report::document::{Column, Document, Table as Rows};
 
@@ -50,6 +52,11 @@ fn read(name: &str) -> Result<(Kind, Map<String, Json>), Failure> {
         file.text.parse().map_err(|e: toml::de::Error| RunError::config(&file.origin, e))?;
     let mut keys = Map::new();
     flatten(&Value::Table(table), String::new(), &mut keys);
+    if kind == Kind::Machine {
+        // What a base says of a part that the machine does not have is no difference.
+        let machine = Machine::parse(&file.text).usage(&file.origin)?;
+        keys.retain(|key, _| !machine.leaves_out(key));
+    }
     Ok((kind, keys))
 }
 

@@ -1,7 +1,7 @@
 //! The run folder: the store, tables, the joint pair, charts, pages.
 
 use super::super::slurm;
-use super::super::store_folder::Layout;
+use super::super::store_folder::FolderLayout;
 
 pub use super::super::store_folder::{Existing, Folder};
 
@@ -14,7 +14,7 @@ fn is_content(name: &str) -> bool {
 }
 
 /// Models and pairs by content, and what a finished run leaves.
-pub const LAYOUT: Layout = Layout {
+pub const LAYOUT: FolderLayout = FolderLayout {
     marker: "run.toml",
     stores: &["models", "pairs"],
     is_ours: is_content,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
 use super::super::{Context, Exit, Failure, OrExit, sight};
-use super::{Args, LevelArg, QualityArgs, demo};
+use super::{CodesignArgs, LevelArg, QualityArgs, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
 use powergs_codesign::machines::Machines;
@@ -35,7 +35,7 @@ pub struct Space {
 ///
 /// # Errors
 /// Exit code 2: no space, one that cannot be read, everything that is wrong with its form.
-pub fn space(args: &Args) -> Result<Space, Failure> {
+pub fn space(args: &CodesignArgs) -> Result<Space, Failure> {
     let (origin, text) = match (&args.space, args.demo) {
         (Some(path), _) => {
             let origin = path.display().to_string();
@@ -58,7 +58,7 @@ pub fn space(args: &Args) -> Result<Space, Failure> {
 /// # Errors
 /// Exit code 2 for what cannot be asked, 3 for inputs that cannot be read.
 pub fn codesign(
-    args: &Args,
+    args: &CodesignArgs,
     space: &Space,
     context: &Context,
     watched: &Watched<'_>,
@@ -85,10 +85,10 @@ pub fn codesign(
 }
 
 fn request(
-    args: &Args,
+    args: &CodesignArgs,
     space: &Space,
     context: &Context,
-    (name, dense, (cameras, whole)): (String, Gaussians, Seen),
+    (name, dense, (cameras, whole)): (String, Gaussians, CodesignInputSeen),
     (machines, display): (&Machines, Display),
 ) -> Result<Request, Failure> {
     let default = if args.demo { demo::ITERATIONS } else { Settings::DEFAULT.iterations };
@@ -116,7 +116,7 @@ fn request(
 }
 
 /// What models must reach: the flags, the space file, medium.
-fn goal(args: &Args, space: &Space) -> Goal {
+fn goal(args: &CodesignArgs, space: &Space) -> Goal {
     let QualityArgs { quality, likeness } = &args.quality;
     match (quality, likeness.goal(), space.file.budget.psnr) {
         (Some(LevelArg::H), ..) => Goal::Levels(vec![Level::High]),
@@ -130,9 +130,13 @@ fn goal(args: &Args, space: &Space) -> Goal {
 
 /// The views as models are compared in them, and the same at the size that the camera file says;
 /// `None` where none does.
-type Seen = (Vec<Camera>, Option<Vec<Camera>>);
+type CodesignInputSeen = (Vec<Camera>, Option<Vec<Camera>>);
 
-fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Failure> {
+fn views(
+    args: &CodesignArgs,
+    context: &Context,
+    dense: &Gaussians,
+) -> Result<CodesignInputSeen, Failure> {
     if args.demo {
         return Ok((demo::views(args.views.size)?, None));
     }
@@ -146,7 +150,7 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
 }
 
 /// Where the run is.
-pub fn place(args: &Args, codesign: &Codesign) -> PathBuf {
+pub fn place(args: &CodesignArgs, codesign: &Codesign) -> PathBuf {
     let name = || Path::new("runs").join(format!("{}-codesign", codesign.campaign.name));
     args.run.out.clone().unwrap_or_else(name)
 }

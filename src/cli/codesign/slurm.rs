@@ -6,25 +6,25 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use super::super::power_views::PowerViewArgs;
-use super::super::slurm::{Parts, flag};
+use super::super::slurm::{SlurmParts, flag};
 use super::super::training_args::{LikenessArgs, TrainingViewArgs};
 use super::super::{Exit, Failure};
 use super::folder::Existing;
-use super::{Args, LevelArg, QualityArgs, Run, SearchArgs, ViewArgs};
+use super::{CodesignArgs, LevelArg, QualityArgs, Run, SearchArgs, ViewArgs};
 
 /// The parts of a co-design, each some of its models.
 pub struct CodesignParts<'a> {
     /// What was typed.
-    pub args: &'a Args,
+    pub args: &'a CodesignArgs,
     /// The co-design, checked, and its folder.
     pub run: Run<'a>,
 }
 
-impl Parts for CodesignParts<'_> {
+impl SlurmParts for CodesignParts<'_> {
     const COMMAND: &'static str = "codesign";
 
     fn arguments(&self) -> Vec<OsString> {
-        let Args { dense, demo, space, views, power, quality, search, .. } = self.args;
+        let CodesignArgs { dense, demo, space, views, power, quality, search, .. } = self.args;
         let mut words: Vec<OsString> = dense.model.iter().map(OsString::from).collect();
         words.extend(demo.then(|| "--demo".into()));
         words.extend(dense.detail.map(|n| flag("detail", n.to_string())));

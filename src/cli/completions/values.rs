@@ -54,8 +54,8 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         (_, "display" | "preset") => names(DISPLAYS.to_vec(), &["toml"]),
         (_, "device") => names(DRAM.to_vec(), &["toml"]),
         ("sweep", "file") => names(SWEEPS.to_vec(), &["toml"]),
-        ("dram", "sets") => ArgValueCompleter::new(Settings(of_devices)),
-        (_, "sets") => ArgValueCompleter::new(Settings(of_machines)),
+        ("dram", "sets") => ArgValueCompleter::new(ValueSettings(of_devices)),
+        (_, "sets") => ArgValueCompleter::new(ValueSettings(of_machines)),
         ("sensitivity", "keys") => list(every_key),
         ("sensitivity", "only") => list(numbers),
         ("pareto", "minimize" | "maximize" | "colour") => list(results),
@@ -107,9 +107,9 @@ fn says(file: &Embedded) -> String {
 type Assignments = Vec<(KeyDoc, Vec<String>)>;
 
 /// `KEY=VALUE`.
-struct Settings(fn() -> Assignments);
+struct ValueSettings(fn() -> Assignments);
 
-impl ValueCompleter for Settings {
+impl ValueCompleter for ValueSettings {
     fn complete(&self, current: &OsStr) -> Vec<CompletionCandidate> {
         let typed = current.to_str().unwrap_or_default();
         let keys = (self.0)().into_iter();

@@ -2,14 +2,14 @@
 
 use powergs_report::dram::share;
 
-use super::Args;
+use super::DramArgs;
 use powergs_dram::Device;
 use powergs_dram::stream::StreamRun;
 use powergs_report::document::{Cell, Column, Document, Table};
 use powergs_report::format::engineering;
 
 /// The run.
-pub(super) fn document(args: &Args, device: &Device, result: &StreamRun) -> Document {
+pub(super) fn document(args: &DramArgs, device: &Device, result: &StreamRun) -> Document {
     let (o, name) = (&device.organisation, &device.name);
     let pins = format!(
         "{} pins of {:.2} Gb/s",

@@ -2,7 +2,7 @@
 
 use super::super::replay::ModelArg;
 use super::super::{Failure, demo_scene};
-use super::Args;
+use super::OptimizeArgs;
 use powergs_frame::fovea::Screen;
 use powergs_scene::Camera;
 
@@ -28,17 +28,17 @@ pub fn views(size: Option<(u32, u32)>) -> Result<Vec<Camera>, Failure> {
 const POOLING_RATE: f64 = 0.31;
 
 /// The pooling rate of the virtual screen.
-pub fn pooling_rate(args: &Args) -> f64 {
+pub fn pooling_rate(args: &OptimizeArgs) -> f64 {
     let own = if args.demo { POOLING_RATE } else { Screen::PUBLISHED.pooling_rate };
     args.fovea.pooling_rate.unwrap_or(own)
 }
 
 /// What counts power.
-pub fn oracle(args: &Args) -> ModelArg {
+pub fn oracle(args: &OptimizeArgs) -> ModelArg {
     args.power.oracle.unwrap_or(if args.demo { ModelArg::Paper } else { ModelArg::Cycle })
 }
 
 /// The ratio that the panel is scaled to; `None` leaves it as it is.
-pub fn display_ratio(args: &Args) -> Option<f64> {
+pub fn display_ratio(args: &OptimizeArgs) -> Option<f64> {
     args.power.display_ratio.or(args.demo.then_some(RATIO))
 }

@@ -1,11 +1,11 @@
 //! The run folder: what a finished run leaves beside its checkpoints.
 
-use super::super::store_folder::Layout;
+use super::super::store_folder::FolderLayout;
 
 pub use super::super::store_folder::Folder;
 
 /// Checkpoints, tables, models, charts.
-pub const LAYOUT: Layout = Layout {
+pub const LAYOUT: FolderLayout = FolderLayout {
     marker: "checkpoints/progress.ckpt",
     stores: &["checkpoints"],
     is_ours: |name| name == "run.json" || name.ends_with(".ckpt"),

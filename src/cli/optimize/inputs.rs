@@ -10,7 +10,7 @@ use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, lpips_file, out, scene_file, sight};
 use super::photos::PhotoFolder;
-use super::{Args, KeepArg, PowerArgs, demo, photos};
+use super::{KeepArg, OptimizeArgs, PowerArgs, demo, photos};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::photos::Photo;
@@ -33,7 +33,7 @@ const FPS: f64 = 60.0;
 
 /// What `args` ask for, with everything that they name.
 pub fn request(
-    args: &Args,
+    args: &OptimizeArgs,
     context: &Context,
     settings: Settings,
     goals: Goals,
@@ -44,7 +44,7 @@ pub fn request(
     let display = inputs::display(args.power.display.as_deref().unwrap_or(DISPLAY))?;
     let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
-    let Seen { cameras, photos, whole } = views(args, context, &dense)?;
+    let InputSeen { cameras, photos, whole } = views(args, context, &dense)?;
     let (power_cameras, full_size) = args.power.shown.cameras(
         (args.dense.model.as_deref(), args.fovea.foveated),
         context,
@@ -91,7 +91,7 @@ pub fn request(
 }
 
 /// The virtual screen and the machine; `None` without `--foveated`.
-fn foveation(args: &Args, context: &Context) -> Result<Option<Foveation>, Failure> {
+fn foveation(args: &OptimizeArgs, context: &Context) -> Result<Option<Foveation>, Failure> {
     if !args.fovea.foveated {
         return Ok(None);
     }
@@ -101,7 +101,7 @@ fn foveation(args: &Args, context: &Context) -> Result<Option<Foveation>, Failur
     Ok(Some(Foveation::new(screen, clock, args.fovea.filter_flops)?))
 }
 
-fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
+fn externals(args: &OptimizeArgs, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
     let mut externals = Vec::new();
     for (name, path) in &args.compare.others {
         let scene = open_model(path, None)?;
@@ -115,7 +115,7 @@ fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>,
 type PhotoFile = (PathBuf, Photo);
 
 /// The views of a run.
-struct Seen {
+struct InputSeen {
     /// As models are compared in them.
     cameras: Vec<Camera>,
     /// Their photos, with `--images`.
@@ -125,9 +125,9 @@ struct Seen {
 }
 
 /// The views, and their photos with `--images`.
-fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Failure> {
+fn views(args: &OptimizeArgs, context: &Context, dense: &Gaussians) -> Result<InputSeen, Failure> {
     if args.demo {
-        return Ok(Seen { cameras: demo::views(args.size)?, photos: Vec::new(), whole: None });
+        return Ok(InputSeen { cameras: demo::views(args.size)?, photos: Vec::new(), whole: None });
     }
     let images = args.views.images.as_deref();
     let seen = &args.seen;
@@ -160,12 +160,12 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
                 None => camera.clone(),
             };
             let whole = Some(views.cameras.iter().map(straight).collect());
-            Seen { cameras, photos, whole }
+            InputSeen { cameras, photos, whole }
         }
         None => {
             views.warn(context);
             let whole = source.whole(model, &views.cameras);
-            Seen { cameras: views.cameras, photos: Vec::new(), whole }
+            InputSeen { cameras: views.cameras, photos: Vec::new(), whole }
         }
     };
     fits_memory(&seen.cameras, context)?;
@@ -174,7 +174,7 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Seen, Fail
 
 /// The views as their photos show them.
 fn photographed(
-    args: &Args,
+    args: &OptimizeArgs,
     context: &Context,
     folder: &Path,
     views: &Views,

@@ -12,7 +12,7 @@ use super::super::invocation::Started;
 use super::super::{Cli, Command, Context, Exit, Failure, OrExit, out};
 use super::folder::{Folder, LAYOUT};
 use super::watch::Watched;
-use super::{Args, PowerArgs, finish, free, interrupted, opened, record};
+use super::{OptimizeArgs, PowerArgs, finish, free, interrupted, opened, record};
 use powergs_core::run::FileStore;
 
 /// The part of `invocation.toml` that is needed.
@@ -27,10 +27,15 @@ struct Invocation {
 ///
 /// # Errors
 /// Exit code 2: no run, or one that has to be run anew; 3: a damaged one, or inputs that changed.
-pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Result<Exit, Failure> {
+pub fn run(
+    from: &Path,
+    args: &OptimizeArgs,
+    started: Started,
+    context: &Context,
+) -> Result<Exit, Failure> {
     let typed = typed(from)?;
     let power = merged(&typed.power, &args.power, args.size);
-    let typed = Args { power, ..typed };
+    let typed = OptimizeArgs { power, ..typed };
     let watched = Watched::new(context, 0.0);
     let mut campaign = opened(&typed, context, &watched)?;
     let path = args.run.out.clone().unwrap_or_else(|| {
@@ -80,7 +85,7 @@ fn apart(from: &Path, out: &Path) -> Result<(), Failure> {
 }
 
 /// The arguments that a run was started with; files are where they were then.
-fn typed(from: &Path) -> Result<Args, Failure> {
+fn typed(from: &Path) -> Result<OptimizeArgs, Failure> {
     let place = from.join("invocation.toml");
     let name = place.display();
     let text = fs::read_to_string(&place).map_err(|e| {
@@ -116,7 +121,7 @@ fn first_line(error: &clap::Error) -> String {
 }
 
 /// Relative paths begin in the folder where they were typed.
-fn root(args: &mut Args, folder: &Path) {
+fn root(args: &mut OptimizeArgs, folder: &Path) {
     let paths = [&mut args.dense.model, &mut args.views.images, &mut args.seen.cameras];
     let files = args.compare.others.iter_mut().map(|(_, file)| file);
     for path in paths.into_iter().flatten().chain(&mut args.lpips_weights).chain(files) {

@@ -1,7 +1,7 @@
 //! From flags to what is asked of the library, and from its refusals back to flags.
 
 use super::super::{Exit, Failure};
-use super::{Args, Quality, ScheduleArg, StudyArg};
+use super::{OptimizeArgs, Quality, ScheduleArg, StudyArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::request::{Foveation, FoveationError, Goal, Goals};
@@ -10,14 +10,14 @@ use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{SETTINGS, Settings};
 
 /// The settings of `args`, checked.
-pub fn settings(args: &Args) -> Result<Settings, Failure> {
+pub fn settings(args: &OptimizeArgs) -> Result<Settings, Failure> {
     let settings = args.settings.settings().map_err(refused)?;
     Foveation::check_filter(args.fovea.filter_flops).map_err(refused)?;
     Ok(settings)
 }
 
 /// What `args` ask for, checked.
-pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
+pub fn goals(args: &OptimizeArgs, settings: &Settings) -> Result<Goals, Failure> {
     let schedule = match (args.search.rhos.as_slice(), args.search.schedule) {
         ([], ScheduleArg::Five) => Schedule::FIVE,
         ([], ScheduleArg::Published) => Schedule::PUBLISHED,

@@ -1,12 +1,12 @@
 //! From arguments and the sweep file to a question.
 
-use super::Args;
+use super::ParetoArgs;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_study::analysis::{Misses, Named, Objective, Question, Scope, SweepFacts};
 use powergs_study::sweep::expr::Expr;
 
 /// What the arguments ask, and where they say nothing, the sweep file.
-pub(super) fn question(args: &Args, facts: &SweepFacts) -> Result<Question, Failure> {
+pub(super) fn question(args: &ParetoArgs, facts: &SweepFacts) -> Result<Question, Failure> {
     let asked = facts.question();
     let given = objectives(&args.minimize, &args.maximize);
     let budget = args.budget.map(|watts| format!("power_w.mean <= {}", watts.0));

@@ -18,7 +18,7 @@ use powergs_scene::files::open_model;
 
 /// What to convert, and to what.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct ConvertArgs {
     /// File, or folder of a SOG scene or of a training run
     file: PathBuf,
     /// File to write; for unbundled SOG a folder, or meta.json in it
@@ -39,7 +39,7 @@ fn formats() -> impl TypedValueParser<Value = Target> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args, context: &Context) -> Result<(), Failure> {
+pub fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> {
     let target = target(args)?;
     let place = place(args, target);
     match target {
@@ -63,7 +63,7 @@ pub fn run(args: &Args, context: &Context) -> Result<(), Failure> {
 
 /// The format that is asked for, or that the name says. A name without an ending is that of a
 /// folder; devices and pipes, whose names say nothing, get INRIA PLY.
-fn target(args: &Args) -> Result<Target, Failure> {
+fn target(args: &ConvertArgs) -> Result<Target, Failure> {
     let output = &args.output;
     let name = output.file_name().unwrap_or_default().to_string_lossy();
     if let Some(target) = args.format.or_else(|| Target::of_file_name(&name)) {
@@ -89,7 +89,7 @@ fn target(args: &Args) -> Result<Target, Failure> {
 }
 
 /// The file or the folder to write.
-fn place(args: &Args, target: Target) -> &Path {
+fn place(args: &ConvertArgs, target: Target) -> &Path {
     let output = args.output.as_path();
     let is_index = output.file_name().is_some_and(|name| name.eq_ignore_ascii_case("meta.json"));
     match output.parent() {

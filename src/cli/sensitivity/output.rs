@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Args, Results};
+use super::{SensitivityArgs, SensitivityResults};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
@@ -17,9 +17,13 @@ use powergs_study::sensitivity::KeyResults;
 ///
 /// # Errors
 /// Exit code 2 for a folder that cannot be written, 4 for a defect.
-pub fn write(folder: &RunFolder, found: &Results, drawing: &Drawing) -> Result<Vec<u8>, Failure> {
+pub fn write(
+    folder: &RunFolder,
+    found: &SensitivityResults,
+    drawing: &Drawing,
+) -> Result<Vec<u8>, Failure> {
     match found {
-        Results::Assumptions(all) => {
+        SensitivityResults::Assumptions(all) => {
             let table = sensitivity::csv(all);
             folder.write("sensitivity.csv", &table)?;
             let charts = sensitivity::charts(all);
@@ -28,7 +32,7 @@ pub fn write(folder: &RunFolder, found: &Results, drawing: &Drawing) -> Result<V
             folder.write_charts(&charts, drawing)?;
             Ok(table)
         }
-        Results::Keys(KeyResults { keys: all, interactions: together }) => {
+        SensitivityResults::Keys(KeyResults { keys: all, interactions: together }) => {
             folder.write("sensitivity.csv", &keys::csv(all))?;
             let mut table = keys::elasticities_csv(all);
             folder.write("elasticity.csv", &table)?;
@@ -50,10 +54,10 @@ pub fn write(folder: &RunFolder, found: &Results, drawing: &Drawing) -> Result<V
 }
 
 /// What is printed for programs.
-pub fn json(found: &Results) -> Value {
+pub fn json(found: &SensitivityResults) -> Value {
     match found {
-        Results::Assumptions(all) => sensitivity::json(all),
-        Results::Keys(KeyResults { keys: all, interactions: together }) => {
+        SensitivityResults::Assumptions(all) => sensitivity::json(all),
+        SensitivityResults::Keys(KeyResults { keys: all, interactions: together }) => {
             let mut value = keys::json(all);
             value["interactions"] = together.as_ref().map_or(Value::Null, interactions::json);
             value
@@ -62,13 +66,13 @@ pub fn json(found: &Results) -> Value {
 }
 
 /// What is printed for people.
-pub fn document(found: &Results, folder: &str) -> Document {
+pub fn document(found: &SensitivityResults, folder: &str) -> Document {
     match found {
-        Results::Assumptions(all) => sensitivity::document(all, &[], Some(folder)),
-        Results::Keys(KeyResults { keys: all, interactions: None }) => {
+        SensitivityResults::Assumptions(all) => sensitivity::document(all, &[], Some(folder)),
+        SensitivityResults::Keys(KeyResults { keys: all, interactions: None }) => {
             keys::document(all, &[], Some(folder))
         }
-        Results::Keys(KeyResults { keys: all, interactions: Some(together) }) => {
+        SensitivityResults::Keys(KeyResults { keys: all, interactions: Some(together) }) => {
             let mut page = keys::document(all, &[], None);
             page.extend(interactions::document(together, &[], Some(folder)));
             page
@@ -80,7 +84,11 @@ pub fn document(found: &Results, folder: &str) -> Document {
 ///
 /// # Errors
 /// Exit code 4: a defect.
-pub fn record(args: &Args, system: &System, sources: &[TraceFile]) -> Result<String, Failure> {
+pub fn record(
+    args: &SensitivityArgs,
+    system: &System,
+    sources: &[TraceFile],
+) -> Result<String, Failure> {
     let mut inputs = system.inputs();
     inputs.extend(sources.iter().map(|s| s.input().clone()));
     let input = |i: &Input| {
@@ -103,7 +111,7 @@ pub fn record(args: &Args, system: &System, sources: &[TraceFile]) -> Result<Str
 }
 
 /// What decides the numbers besides the inputs.
-fn experiment(args: &Args) -> toml::Table {
+fn experiment(args: &SensitivityArgs) -> toml::Table {
     let mut table = toml::Table::new();
     table.insert("display-fps".into(), args.shown.fps.into());
     if args.assumptions {

@@ -37,7 +37,7 @@ pub enum End {
 
 /// What is known of one part.
 #[derive(Debug, Clone)]
-struct Part {
+struct FollowPart {
     verdict: Verdict,
     state: Option<State>,
     retries: u32,
@@ -51,7 +51,7 @@ pub struct Follower<'a> {
     settings: &'a Settings,
     context: &'a Context,
     /// Part `i` is at `i - 1`.
-    parts: Vec<Part>,
+    parts: Vec<FollowPart>,
     bar: Option<ProgressBar>,
     said: String,
     away_since: Option<Instant>,
@@ -60,7 +60,7 @@ pub struct Follower<'a> {
 impl<'a> Follower<'a> {
     /// Nothing is asked or submitted yet.
     pub fn new(job: &'a mut Job, settings: &'a Settings, context: &'a Context) -> Self {
-        let fresh = Part { verdict: Verdict::Open, state: None, retries: 0, unclear: 0 };
+        let fresh = FollowPart { verdict: Verdict::Open, state: None, retries: 0, unclear: 0 };
         let parts = vec![fresh; settings.shards as usize];
         let shown = !context.global.quiet && std::io::stderr().is_terminal();
         let bar = shown.then(|| bar(u64::from(settings.shards)));
@@ -115,7 +115,7 @@ impl<'a> Follower<'a> {
         known.iter().zip(1..).filter(|(known, _)| !**known).map(|(_, part)| part).collect()
     }
 
-    fn may_retry(&self, part: &Part) -> bool {
+    fn may_retry(&self, part: &FollowPart) -> bool {
         matches!(part.verdict, Verdict::Lost(_)) && part.retries < self.settings.retries
     }
 
@@ -230,7 +230,8 @@ impl<'a> Follower<'a> {
     }
 
     fn progress(&mut self) {
-        let count = |wanted: fn(&Part) -> bool| self.parts.iter().filter(|p| wanted(p)).count();
+        let count =
+            |wanted: fn(&FollowPart) -> bool| self.parts.iter().filter(|p| wanted(p)).count();
         let done = count(|p| p.verdict == Verdict::Done);
         let running = count(|p| is_open(p.verdict) && p.state == Some(State::Running));
         let waiting = count(|p| is_open(p.verdict)) - running;

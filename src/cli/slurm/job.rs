@@ -25,27 +25,27 @@ const TAIL: u64 = 4096;
 pub struct Job {
     /// The output folder, absolute.
     out: PathBuf,
-    record: Record,
+    record: JobRecord,
     _lock: File,
 }
 
 /// `job.toml`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Record {
+struct JobRecord {
     /// Hash of the arguments, names of files among them.
     request: String,
     /// Parts of the work.
     shards: u32,
     /// In the order of their submission.
     #[serde(default)]
-    jobs: Vec<Entry>,
+    jobs: Vec<JobEntry>,
 }
 
 /// One array job.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Entry {
+struct JobEntry {
     id: String,
     cluster: Option<String>,
     parts: Vec<u32>,
@@ -58,7 +58,7 @@ impl Job {
         fs::create_dir_all(&folder).or_exit(Exit::Usage, folder.display())?;
         let lock = lock(&folder.join("follow.lock"))?;
         let path = folder.join("job.toml");
-        let fresh = Record { request: hash(request), shards: settings.shards, jobs: Vec::new() };
+        let fresh = JobRecord { request: hash(request), shards: settings.shards, jobs: Vec::new() };
         let record = read(&path)?.unwrap_or_else(|| fresh.clone());
         let name = path.display();
         if record.shards != fresh.shards {
@@ -96,7 +96,7 @@ impl Job {
     /// Notes a job.
     pub fn note(&mut self, job: Submitted, parts: &[u32]) -> Result<(), Failure> {
         let Submitted { id, cluster } = job;
-        self.record.jobs.push(Entry { id, cluster, parts: parts.to_vec() });
+        self.record.jobs.push(JobEntry { id, cluster, parts: parts.to_vec() });
         let path = self.out.join("slurm").join("job.toml");
         let text = toml::to_string(&self.record).or_exit(Exit::Internal, path.display())?;
         Ok(write_atomically(&path, |w| w.write_all(text.as_bytes()))?)
@@ -171,7 +171,7 @@ fn lock(path: &Path) -> Result<File, Failure> {
     }
 }
 
-fn read(path: &Path) -> Result<Option<Record>, Failure> {
+fn read(path: &Path) -> Result<Option<JobRecord>, Failure> {
     let file = match File::open(path) {
         Ok(file) => file,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
@@ -179,10 +179,10 @@ fn read(path: &Path) -> Result<Option<Record>, Failure> {
     };
     let mut text = String::new();
     file.take(JOB_MAX).read_to_string(&mut text).or_exit(Exit::BadInput, path.display())?;
-    let record: Record = toml::from_str(&text).or_exit(Exit::BadInput, path.display())?;
+    let record: JobRecord = toml::from_str(&text).or_exit(Exit::BadInput, path.display())?;
     let known = |part: &u32| (1..=record.shards).contains(part);
     let number = |id: &str| !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit());
-    let good = |e: &Entry| number(&e.id) && e.parts.iter().all(known);
+    let good = |e: &JobEntry| number(&e.id) && e.parts.iter().all(known);
     if record.shards > SHARDS_MAX || !record.jobs.iter().all(good) {
         let message = format!(
             "{}: parts or job numbers that cannot be: remove the file if no job runs",

@@ -32,7 +32,7 @@ docs/cluster.md.";
 /// The arguments of `sweep`.
 #[derive(Debug, Clone, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct Args {
+pub struct SweepCommandArgs {
     /// What to do with a sweep that is there already
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -159,7 +159,7 @@ pub struct MergeArgs {
     pub charts: ChartArgs,
 }
 
-impl Args {
+impl SweepCommandArgs {
     /// How charts are drawn.
     pub fn charts(&self) -> &ChartArgs {
         match &self.command {

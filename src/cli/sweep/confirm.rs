@@ -22,7 +22,7 @@ pub const CSV: &str = "confirmed.csv";
 pub const JSON: &str = "confirmed.json";
 
 /// What is to be confirmed, and with what.
-pub struct Confirm<'a> {
+pub struct SweepConfirm<'a> {
     /// Designs at most; none leaves it out.
     pub most: u16,
     /// What sweeps share.
@@ -57,7 +57,7 @@ pub fn most(asked: Option<u16>, sweep: &OpenedSweep<'_>) -> u16 {
 /// How often the front is looked at again because confirmed designs made room on it.
 const ROUNDS: usize = 4;
 
-impl Confirm<'_> {
+impl SweepConfirm<'_> {
     /// Simulates designs with `banked` until the front consists of confirmed ones: those of the
     /// front, and those that miss the display rate by less than the models differ. `table` has the
     /// results of the sweep and then those. `None` if none is to be confirmed.

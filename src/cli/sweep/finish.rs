@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::confirm::{self, Confirm};
+use super::confirm::{self, SweepConfirm};
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, dram_model, out, pareto};
 use powergs_base::format::counted;
@@ -27,7 +27,7 @@ pub fn finish(
     path: &Path,
     sweep: &mut OpenedSweep<'_>,
     plan: &Plan,
-    confirm: Confirm<'_>,
+    confirm: SweepConfirm<'_>,
     started: Started,
     context: &Context,
 ) -> Result<Exit, Failure> {

@@ -13,20 +13,20 @@ use powergs_study::sweep::{Goal, Objective, Record};
 /// Ctrl-C and a bar on standard error, for people at a terminal only.
 pub struct Meter<'a> {
     context: &'a Context,
-    stage: Mutex<Stage>,
+    stage: Mutex<MeterStage>,
 }
 
 /// What a sweep is at.
-enum Stage {
+enum MeterStage {
     Nothing,
     /// Designs are planned.
     Planning(Progress),
     /// Machines are timed.
-    Working(Bar),
+    Working(MeterBar),
 }
 
 /// The bar of the work.
-struct Bar {
+struct MeterBar {
     bar: Progress,
     /// The first objective that is a metric, and its best value so far.
     best: Option<(Objective, Option<f64>)>,
@@ -35,16 +35,16 @@ struct Bar {
 impl<'a> Meter<'a> {
     /// No bar yet.
     pub fn new(context: &'a Context) -> Meter<'a> {
-        Meter { context, stage: Mutex::new(Stage::Nothing) }
+        Meter { context, stage: Mutex::new(MeterStage::Nothing) }
     }
 
-    fn stage(&self) -> MutexGuard<'_, Stage> {
+    fn stage(&self) -> MutexGuard<'_, MeterStage> {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes the bar away.
     pub fn clear(&self) {
-        *self.stage() = Stage::Nothing;
+        *self.stage() = MeterStage::Nothing;
     }
 }
 
@@ -54,7 +54,7 @@ impl Watch for Meter<'_> {
     }
 
     fn simulated(&self, n: u64) {
-        if let Stage::Working(Bar { bar, .. }) = &*self.stage() {
+        if let MeterStage::Working(MeterBar { bar, .. }) = &*self.stage() {
             bar.advance(n);
         }
     }
@@ -63,27 +63,28 @@ impl Watch for Meter<'_> {
 impl SweepWatch for Meter<'_> {
     fn planning(&self, points: u64) {
         let progress = Progress::new(self.context, points, "designs looked at");
-        *self.stage() = Stage::Planning(progress);
+        *self.stage() = MeterStage::Planning(progress);
     }
 
     fn planned(&self, n: u64) {
-        if let Stage::Planning(progress) = &*self.stage() {
+        if let MeterStage::Planning(progress) = &*self.stage() {
             progress.advance(n);
         }
     }
 
     fn working(&self, machine_frames: u64, objectives: &[Objective]) {
-        *self.stage() = Stage::Working(Bar::new(self.context, machine_frames, objectives));
+        *self.stage() =
+            MeterStage::Working(MeterBar::new(self.context, machine_frames, objectives));
     }
 
     fn known(&self, machine_frames: u64) {
-        if let Stage::Working(Bar { bar, .. }) = &*self.stage() {
+        if let MeterStage::Working(MeterBar { bar, .. }) = &*self.stage() {
             bar.skip(machine_frames);
         }
     }
 
     fn result(&self, record: &Record) {
-        if let Stage::Working(bar) = &mut *self.stage() {
+        if let MeterStage::Working(bar) = &mut *self.stage() {
             bar.result(record);
         }
     }
@@ -95,12 +96,12 @@ impl SweepWatch for Meter<'_> {
     }
 }
 
-impl Bar {
-    fn new(context: &Context, machine_frames: u64, objectives: &[Objective]) -> Bar {
+impl MeterBar {
+    fn new(context: &Context, machine_frames: u64, objectives: &[Objective]) -> MeterBar {
         let bar = Progress::new(context, machine_frames, "machine-frames");
         let metric = |o: &&Objective| metric::metrics().iter().any(|m| m.name == o.name);
         let best = objectives.iter().find(metric).map(|o| (o.clone(), None));
-        Bar { bar, best }
+        MeterBar { bar, best }
     }
 
     fn result(&mut self, record: &Record) {

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::{MergeArgs, ShowArgs, StatusArgs};
-use super::confirm::{self, Confirm};
+use super::confirm::{self, SweepConfirm};
 use super::finish;
 use super::meter::Meter;
 use super::run::allowed;
@@ -138,7 +138,7 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
         let plan = search(&mut sweep, &mut folder, &mut shared, memory, &meter)?;
         drop(meter);
         let Some(plan) = plan else { return Ok(Exit::Interrupted) };
-        let confirm = Confirm { most, shared: &mut shared, memory };
+        let confirm = SweepConfirm { most, shared: &mut shared, memory };
         return finish::finish(&mut folder, path, &mut sweep, &plan, confirm, started, context);
     }
     let plan = planned(&sweep, context)?;
@@ -151,7 +151,7 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
         out::complain(format_args!("{}: {what}; run those parts again", path.display()));
         return Ok(Exit::GoalMissed);
     }
-    let confirm = Confirm { most, shared: &mut shared, memory };
+    let confirm = SweepConfirm { most, shared: &mut shared, memory };
     finish::finish(&mut folder, path, &mut sweep, &plan, confirm, started, context)
 }
 

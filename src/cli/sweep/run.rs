@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::SweepArgs;
-use super::confirm::{self, Confirm};
+use super::confirm::{self, SweepConfirm};
 use super::meter::Meter;
 use super::slurm::SweepParts;
 use super::{dry_run, finish};
@@ -96,7 +96,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         }
         return Ok(Exit::Done);
     }
-    let confirm = Confirm { most, shared: &mut shared, memory };
+    let confirm = SweepConfirm { most, shared: &mut shared, memory };
     finish::finish(&mut folder, &path, &mut sweep, &plan, confirm, started, context)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::args::{Definition, MergeArgs, SweepArgs};
 use super::parts;
-use crate::cli::slurm::{Parts, flag};
+use crate::cli::slurm::{SlurmParts, flag};
 use crate::cli::{Context, Exit, Failure};
 use powergs_core::run::FileStore;
 use powergs_study::sweep::run::{OpenedSweep, folder};
@@ -20,7 +20,7 @@ pub struct SweepParts<'a, 's> {
     pub context: &'a Context,
 }
 
-impl Parts for SweepParts<'_, '_> {
+impl SlurmParts for SweepParts<'_, '_> {
     const COMMAND: &'static str = "sweep";
 
     fn arguments(&self) -> Vec<OsString> {

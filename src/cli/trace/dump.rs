@@ -14,7 +14,7 @@ use powergs_frame::trace::{Frame, NEVER};
 
 /// The arguments of `trace dump`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(super) struct DumpArgs {
     /// The trace
     file: PathBuf,
     /// The frame, counted from 0
@@ -41,7 +41,7 @@ enum What {
 }
 
 /// Runs `trace dump`.
-pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+pub(super) fn run(args: &DumpArgs, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         let what = "trace dump writes CSV; leave out --json, or use trace info --json";
         return Err(Failure::new(Exit::Usage, what));

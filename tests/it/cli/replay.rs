@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::Parser;
 use powergs_sim::cli::invocation::Started;
-use powergs_sim::cli::replay::{Args, folder, publish};
+use powergs_sim::cli::replay::{ReplayArgs, folder, publish};
 use powergs_sim::cli::timeline::{TimelineRequest, asked};
 use powergs_sim::cli::{Context, Exit, Failure, Global};
 use powergs_sim::run_record::{Experiments, Run};
@@ -15,7 +15,7 @@ use crate::builder;
 #[derive(Parser)]
 struct Line {
     #[command(flatten)]
-    args: Args,
+    args: ReplayArgs,
 }
 
 /// Publishes a run of `asked` frames, of which those of these millions of cycles were done.

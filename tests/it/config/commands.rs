@@ -1,6 +1,8 @@
 //! `arch` and `explain` as the user sees them.
 
 use assert_cmd::Command;
+use powergs_sim::accel::Machine;
+use powergs_sim::config::embedded::MACHINES;
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{System, SystemSpec};
 use predicates::prelude::*;
@@ -123,6 +125,19 @@ fn a_machine_is_loaded_with_its_table_and_its_sources() {
         loaded.prices().leakage_w() < default.prices().leakage_w(),
         "two cores leak less than four"
     );
+}
+
+/// Without bases, and without keys of parts that it does not have.
+#[test]
+fn a_resolved_file_is_the_same_machine() {
+    for file in MACHINES {
+        let shown = program(&["arch", "show", file.name, "--resolved"]).assert().code(0);
+        let text = String::from_utf8_lossy(&shown.get_output().stdout).into_owned();
+        let [whole, own] = [&text, file.text].map(|text| Machine::parse(text).expect(file.name));
+        assert_eq!(whole.to_toml(), own.to_toml(), "{}", file.name);
+        let stated = own.stated().to_string().lines().count();
+        assert!(text.lines().count() > stated && !text.contains("\nbase = "), "{}", file.name);
+    }
 }
 
 #[test]

@@ -141,16 +141,18 @@ fn first_name(code: &str) -> String {
     code.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
-/// Name and line of every type that is `pub`.
-pub fn public_types(code: &str) -> Vec<(String, usize)> {
-    let mut found = Vec::new();
-    for (i, line) in code.lines().enumerate() {
-        let rest = line.trim_start().strip_prefix("pub ");
-        let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
-        let name = rest.and_then(|rest| kinds.iter().find_map(|kind| rest.strip_prefix(kind)));
-        found.extend(name.map(|name| (first_name(name), i + 1)));
-    }
-    found
+/// The names of the types that are declared, whoever sees them.
+pub fn types(code: &str) -> Vec<String> {
+    let name = |line: &str| {
+        let line = line.trim_start();
+        let rest = line.strip_prefix("pub").map_or(line, |rest| {
+            let inside = rest.strip_prefix('(').and_then(|rest| rest.split_once(')'));
+            inside.map_or(rest, |(_, rest)| rest).trim_start()
+        });
+        let kinds = ["struct ", "enum ", "trait ", "union "];
+        kinds.iter().find_map(|kind| rest.strip_prefix(kind)).map(first_name)
+    };
+    code.lines().filter_map(name).collect()
 }
 
 /// Whether `word` is in `line` and not the end of a longer word.
@@ -177,9 +179,9 @@ fn functions_are_measured() {
 }
 
 #[test]
-fn public_types_are_found() {
-    let code = "pub struct A<T>(T);\npub(crate) struct B;\n  pub enum C {}\nstruct D;\n";
-    assert_eq!(public_types(code), [("A".to_owned(), 1), ("C".to_owned(), 3)]);
+fn types_are_found() {
+    let code = "pub struct A<T>(T);\npub(in a::b) struct B;\n  pub enum C {}\nstruct D;\nlet struct_ = 1;\n";
+    assert_eq!(types(code), ["A", "B", "C", "D"]);
 }
 
 #[test]

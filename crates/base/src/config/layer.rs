@@ -134,14 +134,14 @@ pub fn without(text: &str, is_out: impl Fn(&str) -> bool) -> String {
 #[derive(Debug, Clone)]
 struct Statement {
     /// The comments above, and the statement itself.
-    lines: Vec<Line>,
+    lines: Vec<LayerLine>,
     /// Where the table is that it stands in.
     table: Vec<String>,
-    kind: Kind,
+    kind: LayerKind,
 }
 
 #[derive(Debug, Clone)]
-enum Kind {
+enum LayerKind {
     /// `[a.b]` or `[[a.b]]`.
     Head,
     /// A key below `table`, with dots where it has some.
@@ -157,7 +157,7 @@ enum Tree {
 
 /// A line and where it was written.
 #[derive(Debug, Clone)]
-struct Line {
+struct LayerLine {
     text: String,
     file: String,
     number: usize,
@@ -166,7 +166,7 @@ struct Line {
 /// A file as statements.
 struct Statements {
     /// Comments at the top.
-    head: Vec<Line>,
+    head: Vec<LayerLine>,
     all: Vec<Statement>,
 }
 
@@ -238,12 +238,12 @@ impl Statements {
                 Some((end, path, tree)) => {
                     // A key of another table than that of the last head cannot be.
                     let own = path.strip_prefix(&table[..]).unwrap_or(&path);
-                    (end, Kind::Value(own.to_vec(), tree))
+                    (end, LayerKind::Value(own.to_vec(), tree))
                 }
                 None => match head_of(&lines[i].text) {
                     Some(path) => {
                         table = path;
-                        (i, Kind::Head)
+                        (i, LayerKind::Head)
                     }
                     None => {
                         before.extend((!is_directive(&lines[i])).then(|| lines[i].clone()));
@@ -254,7 +254,7 @@ impl Statements {
             };
             if statements.all.is_empty() {
                 // Comments up to the last empty line are of the file, not of its first key.
-                let own = before.iter().rposition(|l: &Line| l.text.trim().is_empty());
+                let own = before.iter().rposition(|l: &LayerLine| l.text.trim().is_empty());
                 statements.head = before.drain(..own.map_or(0, |i| i + 1)).collect();
             }
             before.extend(lines[i..=end].iter().cloned());
@@ -269,17 +269,17 @@ impl Statements {
     fn with(mut self, above: Statements) -> Statements {
         self.head = above.head;
         let is_own = |s: &Statement| match &s.kind {
-            Kind::Value(key, _) => {
+            LayerKind::Value(key, _) => {
                 s.table.is_empty() && key.len() == 1 && OWN.contains(&key[0].as_str())
             }
-            Kind::Head => false,
+            LayerKind::Head => false,
         };
         self.all.retain(|s| !is_own(s));
         let is_described = above.all.iter().any(|s| is_own(s) && s.path() == [DESCRIPTION]);
         let base =
             above.all.iter().find(|s| s.path() == [BASE]).map(Statement::description_by_base);
         if let Some(line) = base.filter(|_| !is_described) {
-            let kind = Kind::Value(vec![DESCRIPTION.to_owned()], Tree::Leaf(String::new()));
+            let kind = LayerKind::Value(vec![DESCRIPTION.to_owned()], Tree::Leaf(String::new()));
             self.all.insert(0, Statement { lines: vec![line], table: Vec::new(), kind });
         }
         // Lists of tables are replaced whole.
@@ -290,29 +290,31 @@ impl Statements {
         for statement in above.all {
             let path = statement.path();
             match &statement.kind {
-                Kind::Value(key, _) if statement.table.is_empty() && key[0] == BASE => {}
-                Kind::Value(..) if is_own(&statement) => {
+                LayerKind::Value(key, _) if statement.table.is_empty() && key[0] == BASE => {}
+                LayerKind::Value(..) if is_own(&statement) => {
                     self.all.insert(first, statement);
                     first += 1;
                 }
-                Kind::Head if statement.is_list() => self.all.push(statement),
-                Kind::Head => {
+                LayerKind::Head if statement.is_list() => self.all.push(statement),
+                LayerKind::Head => {
                     // The base may have the table, or write it on one line.
                     let has = |s: &Statement| {
                         s.is_in(&path)
-                            || matches!(s.kind, Kind::Value(..)) && path.starts_with(&s.path())
+                            || matches!(s.kind, LayerKind::Value(..)) && path.starts_with(&s.path())
                     };
                     if !self.all.iter().any(has) {
                         self.all.push(statement);
                     }
                 }
-                Kind::Value(..) if lists.iter().any(|list| statement.table.starts_with(list)) => {
+                LayerKind::Value(..)
+                    if lists.iter().any(|list| statement.table.starts_with(list)) =>
+                {
                     self.all.push(statement);
                 }
-                Kind::Value(_, tree) if tree.is_none() && self.has_table(&path) => {
+                LayerKind::Value(_, tree) if tree.is_none() && self.has_table(&path) => {
                     self.all.retain(|s| !s.is_in(&path) && s.path() != path);
                 }
-                Kind::Value(..) => self.put(statement),
+                LayerKind::Value(..) => self.put(statement),
             }
         }
         self
@@ -323,13 +325,13 @@ impl Statements {
             || self
                 .all
                 .iter()
-                .any(|s| s.path() == path && matches!(s.kind, Kind::Value(_, Tree::Table(_))))
+                .any(|s| s.path() == path && matches!(s.kind, LayerKind::Value(_, Tree::Table(_))))
     }
 
     /// Puts a value where the base has it, or at the end of its table.
     fn put(&mut self, statement: Statement) {
         let path = statement.path();
-        let Kind::Value(_, tree) = &statement.kind else { return };
+        let LayerKind::Value(_, tree) = &statement.kind else { return };
         // A table that the base writes with a head takes the keys one by one.
         if let Tree::Table(keys) = tree
             && self.all.iter().any(|s| s.is_in(&path))
@@ -349,11 +351,11 @@ impl Statements {
         let holder = self
             .all
             .iter()
-            .position(|s| matches!(s.kind, Kind::Value(..)) && path.starts_with(&s.path()));
+            .position(|s| matches!(s.kind, LayerKind::Value(..)) && path.starts_with(&s.path()));
         if let Some(i) = holder {
             let old = &mut self.all[i];
             let inner = path[old.path().len()..].to_vec();
-            let Kind::Value(key, mut whole) = old.kind.clone() else { return };
+            let LayerKind::Value(key, mut whole) = old.kind.clone() else { return };
             let nested = inner
                 .into_iter()
                 .rev()
@@ -401,16 +403,16 @@ impl Statement {
     /// The table of a head, or the whole key of a value.
     fn path(&self) -> Vec<String> {
         match &self.kind {
-            Kind::Head => self.table.clone(),
-            Kind::Value(key, _) => [&self.table[..], &key[..]].concat(),
+            LayerKind::Head => self.table.clone(),
+            LayerKind::Value(key, _) => [&self.table[..], &key[..]].concat(),
         }
     }
 
     /// The description of a file that says only what it is based on.
-    fn description_by_base(&self) -> Line {
+    fn description_by_base(&self) -> LayerLine {
         let base = match &self.kind {
-            Kind::Value(_, tree) => tree.text(),
-            Kind::Head => String::new(),
+            LayerKind::Value(_, tree) => tree.text(),
+            LayerKind::Head => String::new(),
         };
         // A path may have what a text in quotes may not.
         let plain = |c: &char| c.is_alphanumeric() || "-_./ ".contains(*c);
@@ -420,12 +422,12 @@ impl Statement {
             .lines
             .last()
             .map_or_else(Default::default, |line| (line.file.clone(), line.number));
-        Line { text, file, number }
+        LayerLine { text, file, number }
     }
 
     fn is_list(&self) -> bool {
         let last = self.lines.last().map_or("", |line| line.text.trim_start());
-        matches!(self.kind, Kind::Head) && last.starts_with("[[")
+        matches!(self.kind, LayerKind::Head) && last.starts_with("[[")
     }
 
     /// Whether it stands in the table at `path`, or is its head.
@@ -435,7 +437,7 @@ impl Statement {
 
     /// A value at the place of this one, with its comments.
     fn of_key(&self, table: Vec<String>, key: Vec<String>, tree: Tree) -> Statement {
-        let is_whole = matches!(&self.kind, Kind::Value(old, value)
+        let is_whole = matches!(&self.kind, LayerKind::Value(old, value)
             if *old == key && value.text() == tree.text());
         if is_whole {
             return Statement { table, ..self.clone() };
@@ -448,12 +450,12 @@ impl Statement {
             text = format!("{text:<32} {comment}");
         }
         let first = &self.lines[above.min(self.lines.len() - 1)];
-        lines.extend(text.lines().enumerate().map(|(i, line)| Line {
+        lines.extend(text.lines().enumerate().map(|(i, line)| LayerLine {
             text: line.to_owned(),
             file: first.file.clone(),
             number: first.number + i,
         }));
-        Statement { lines, table, kind: Kind::Value(key, tree) }
+        Statement { lines, table, kind: LayerKind::Value(key, tree) }
     }
 
     /// The comment behind it.
@@ -534,7 +536,7 @@ fn is_list(items: &DeArray<'_>, text: &str) -> bool {
 }
 
 /// The lines of a text with the places that they were written at.
-fn numbered(at: &str, text: &str) -> Vec<Line> {
+fn numbered(at: &str, text: &str) -> Vec<LayerLine> {
     let (mut file, mut number) = (at.to_owned(), 1);
     text.lines()
         .map(|line| {
@@ -542,9 +544,9 @@ fn numbered(at: &str, text: &str) -> Vec<Line> {
                 // Without a name it is the file that is read here.
                 let name = if name.is_empty() { at } else { name };
                 (file, number) = (name.to_owned(), n);
-                return Line { text: line.to_owned(), file: file.clone(), number };
+                return LayerLine { text: line.to_owned(), file: file.clone(), number };
             }
-            let line = Line { text: line.to_owned(), file: file.clone(), number };
+            let line = LayerLine { text: line.to_owned(), file: file.clone(), number };
             number += 1;
             line
         })
@@ -557,7 +559,7 @@ pub fn without_places(text: &str) -> String {
     lines.collect()
 }
 
-fn is_directive(line: &Line) -> bool {
+fn is_directive(line: &LayerLine) -> bool {
     line.text.starts_with(LINE)
 }
 

@@ -14,13 +14,13 @@ use super::{
     QuantityError, SquareMillimetres, Volts, Watts,
 };
 
-struct Text<Q>(PhantomData<Q>);
+struct SerialText<Q>(PhantomData<Q>);
 
 fn bare<Q: Quantity, E: Error>(text: String) -> E {
     E::custom(QuantityError::Bare { kind: Q::KIND, example: Q::EXAMPLE, text })
 }
 
-impl<Q: Quantity> Visitor<'_> for Text<Q> {
+impl<Q: Quantity> Visitor<'_> for SerialText<Q> {
     type Value = Q;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -48,7 +48,7 @@ macro_rules! serial {
     ($($t:ident),*) => {$(
         impl<'de> Deserialize<'de> for $t {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                deserializer.deserialize_any(Text(PhantomData))
+                deserializer.deserialize_any(SerialText(PhantomData))
             }
         }
 

@@ -97,14 +97,14 @@ pub trait Quantity: Copy + fmt::Display + FromStr<Err = QuantityError> {
 }
 
 /// A decimal number and its unit, not yet multiplied.
-struct Parts {
+struct TextParts {
     digits: u128,
     ten: i32,
     negative: bool,
     unit: Unit,
 }
 
-fn split<Q: Quantity>(text: &str) -> Result<Parts, QuantityError> {
+fn split<Q: Quantity>(text: &str) -> Result<TextParts, QuantityError> {
     let (kind, example) = (Q::KIND, Q::EXAMPLE);
     let shown: String = text.chars().take(MAX_LEN).collect();
     let bad_number = || QuantityError::Number { kind, example, text: shown.clone() };
@@ -139,7 +139,7 @@ fn split<Q: Quantity>(text: &str) -> Result<Parts, QuantityError> {
         unit: name.to_owned(),
         known: Q::unit_names(),
     })?;
-    Ok(Parts { digits, ten, negative, unit })
+    Ok(TextParts { digits, ten, negative, unit })
 }
 
 /// An exponent as in `1e9` at the start of `text`, and what follows it.

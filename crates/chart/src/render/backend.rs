@@ -11,7 +11,7 @@ use plotters_backend::{
 };
 
 use super::font;
-use super::scene::{Area, Point, Rgb, Shape, Text};
+use super::scene::{Area, Rgb, ScenePoint, Shape, Text};
 
 /// Plotters knows whole numbers only, so it draws on a page this many times larger: otherwise flat
 /// curves are stairs.
@@ -27,7 +27,7 @@ fn coarse(v: i32) -> f64 {
     f64::from(v) / f64::from(FINE)
 }
 
-fn point((x, y): BackendCoord) -> Point {
+fn point((x, y): BackendCoord) -> ScenePoint {
     (coarse(x), coarse(y))
 }
 
@@ -60,7 +60,7 @@ impl Recorder {
         Ok(())
     }
 
-    fn stroke<S: BackendStyle>(&mut self, points: Vec<Point>, style: &S) -> Result {
+    fn stroke<S: BackendStyle>(&mut self, points: Vec<ScenePoint>, style: &S) -> Result {
         let colour = style.color();
         let width = f64::from(style.stroke_width()) / f64::from(FINE);
         self.keep(colour, Shape::Line { points, stroke: rgb(colour), width })

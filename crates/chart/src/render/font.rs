@@ -15,21 +15,21 @@ const SMALL: f64 = 0.547;
 pub(crate) const MIDDLE: f64 = (CAPITALS + SMALL) / 4.0;
 
 /// A weight of the font.
-struct Weight {
+struct FontWeight {
     face: Face<'static>,
     /// Units of the outlines in an em.
     units: f64,
 }
 
-fn weight(bold: bool) -> &'static Weight {
-    static NORMAL: LazyLock<Weight> = LazyLock::new(|| read(dejavu::sans::regular()));
-    static BOLD: LazyLock<Weight> = LazyLock::new(|| read(dejavu::sans::bold()));
+fn weight(bold: bool) -> &'static FontWeight {
+    static NORMAL: LazyLock<FontWeight> = LazyLock::new(|| read(dejavu::sans::regular()));
+    static BOLD: LazyLock<FontWeight> = LazyLock::new(|| read(dejavu::sans::bold()));
     if bold { &BOLD } else { &NORMAL }
 }
 
-fn read(bytes: &'static [u8]) -> Weight {
+fn read(bytes: &'static [u8]) -> FontWeight {
     let face = Face::parse(bytes, 0).expect("the font that is part of the program");
-    Weight { units: f64::from(face.units_per_em()), face }
+    FontWeight { units: f64::from(face.units_per_em()), face }
 }
 
 /// Takes the outlines of letters, page units relative to the left end of the base line; y grows
@@ -78,7 +78,7 @@ impl<P: Pen> OutlineBuilder for Placed<'_, P> {
 }
 
 /// Letters with their left edges, and the width of all; units of the font.
-fn laid_out(text: &str, weight: &Weight) -> (Vec<(GlyphId, f64)>, f64) {
+fn laid_out(text: &str, weight: &FontWeight) -> (Vec<(GlyphId, f64)>, f64) {
     let face = &weight.face;
     let kerning = face.tables().kern;
     let mut letters: Vec<(GlyphId, f64)> = Vec::new();

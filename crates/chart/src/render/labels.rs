@@ -1,13 +1,13 @@
 //! Places for labels beside points, so that no label covers a mark or another label.
 
-use super::scene::{Area, Point};
+use super::scene::{Area, ScenePoint};
 use crate::Side;
 
 /// A label that needs a place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wish {
     /// The point that it names.
-    pub at: Point,
+    pub at: ScenePoint,
     /// Width and height of the text, page units.
     pub size: (f64, f64),
     /// Where it should be.
@@ -22,11 +22,11 @@ pub struct Obstacles {
     /// Marks and texts that no label covers.
     pub solid: Vec<Area>,
     /// Curves that no label covers, in short pieces.
-    pub curves: Vec<[Point; 2]>,
+    pub curves: Vec<[ScenePoint; 2]>,
     /// Thin lines that labels cover only where there is no other place.
-    pub faint: Vec<[Point; 2]>,
+    pub faint: Vec<[ScenePoint; 2]>,
     /// Points of a crowd, of which labels cover as few as possible.
-    pub crowd: Vec<Point>,
+    pub crowd: Vec<ScenePoint>,
 }
 
 /// Rings around a point where labels are tried, page units.
@@ -56,11 +56,11 @@ pub fn place(wishes: &[Wish], obstacles: &Obstacles, frame: Area) -> Vec<Option<
 #[derive(Default)]
 struct Taken {
     labels: Vec<Area>,
-    leaders: Vec<[Point; 2]>,
+    leaders: Vec<[ScenePoint; 2]>,
 }
 
 /// The line from a point to its label; `None` where that is beside it.
-pub fn leader(at: Point, area: Area) -> Option<[Point; 2]> {
+pub fn leader(at: ScenePoint, area: Area) -> Option<[ScenePoint; 2]> {
     let line = [at, nearest(at, area)];
     (length(line) > LEADER).then_some(line)
 }
@@ -133,7 +133,7 @@ fn candidates(wish: &Wish) -> Vec<(f64, Area)> {
 }
 
 /// A point as an area.
-fn around((x, y): Point) -> Area {
+fn around((x, y): ScenePoint) -> Area {
     [x - 1.0, y - 1.0, x + 1.0, y + 1.0]
 }
 
@@ -158,7 +158,7 @@ pub fn overlap(a: Area, b: Area) -> bool {
 }
 
 /// Whether a straight line passes through a rectangle.
-pub fn crosses([from, to]: [Point; 2], [l, t, r, b]: Area) -> bool {
+pub fn crosses([from, to]: [ScenePoint; 2], [l, t, r, b]: Area) -> bool {
     // The part of the line inside, as shares of its length: cut at each edge in turn.
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let (mut first, mut last) = (0.0f64, 1.0f64);
@@ -177,22 +177,22 @@ pub fn crosses([from, to]: [Point; 2], [l, t, r, b]: Area) -> bool {
 }
 
 /// Whether two straight lines cross.
-pub fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
-    let side = |p: Point| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
-    let other = |p: Point| (d.0 - c.0) * (p.1 - c.1) - (d.1 - c.1) * (p.0 - c.0);
+pub fn meet([a, b]: [ScenePoint; 2], [c, d]: [ScenePoint; 2]) -> bool {
+    let side = |p: ScenePoint| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let other = |p: ScenePoint| (d.0 - c.0) * (p.1 - c.1) - (d.1 - c.1) * (p.0 - c.0);
     side(c) * side(d) < 0.0 && other(a) * other(b) < 0.0
 }
 
 /// The point of a label that is nearest to a point, inside its letters.
-fn nearest(at: Point, [l, t, r, b]: Area) -> Point {
+fn nearest(at: ScenePoint, [l, t, r, b]: Area) -> ScenePoint {
     (at.0.clamp(l, r), at.1.clamp(t + 4.0, (b - 4.0).max(t + 4.0)))
 }
 
 /// Length of a straight line.
-fn length([from, to]: [Point; 2]) -> f64 {
+fn length([from, to]: [ScenePoint; 2]) -> f64 {
     (from.0 - to.0).hypot(from.1 - to.1)
 }
 
-fn contains([l, t, r, b]: Area, (x, y): Point) -> bool {
+fn contains([l, t, r, b]: Area, (x, y): ScenePoint) -> bool {
     x > l - 4.0 && x < r + 4.0 && y > t - 4.0 && y < b + 4.0
 }

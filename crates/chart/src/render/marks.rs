@@ -7,7 +7,7 @@ use plotters::prelude::*;
 
 use super::coord::Coord;
 use super::labels::{self, BESIDE, Obstacles, Wish};
-use super::scene::{Area, Point, Shape};
+use super::scene::{Area, ScenePoint, Shape};
 use super::{
     Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, plain_width, stroke,
     style, width,
@@ -82,7 +82,7 @@ impl<'p, 'c> Plot<'p, 'c> {
     }
 
     /// The point of the page.
-    fn at(&self, (x, y): Place) -> Point {
+    fn at(&self, (x, y): Place) -> ScenePoint {
         let (x, y) = self.chart.backend_coord(&(x, y));
         (f64::from(x) / f64::from(FINE), f64::from(y) / f64::from(FINE))
     }
@@ -160,7 +160,7 @@ impl<'p, 'c> Plot<'p, 'c> {
             return Ok(());
         }
         let level = a.1 == b.1;
-        let cap = |(x, y): Point| {
+        let cap = |(x, y): ScenePoint| {
             if level { [(x, y - half), (x, y + half)] } else { [(x - half, y), (x + half, y)] }
         };
         for line in [[a, b], cap(a), cap(b)] {
@@ -235,7 +235,7 @@ impl<'p, 'c> Plot<'p, 'c> {
     fn line(&mut self, line: &Line) -> Drawn {
         let is_number = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for points in line.points.split(|p| !is_number(p)).filter(|p| p.len() > 1) {
-            let places: Vec<Point> = points.iter().map(|p| self.at(*p)).collect();
+            let places: Vec<ScenePoint> = points.iter().map(|p| self.at(*p)).collect();
             let pieces = places.windows(2).map(|ends| [ends[0], ends[1]]);
             let is_pale = [Colour::GRID, Colour::PALE].contains(&line.colour);
             if line.weight == Weight::Hair || is_pale {
@@ -431,7 +431,7 @@ impl<'p, 'c> Plot<'p, 'c> {
 }
 
 /// Where many points share a column of pixels: its first, least, largest and last one.
-fn ranges(points: &[Place], places: &[Point]) -> Vec<Place> {
+fn ranges(points: &[Place], places: &[ScenePoint]) -> Vec<Place> {
     let mut kept: Vec<Place> = Vec::new();
     let mut i = 0;
     while i < points.len() {

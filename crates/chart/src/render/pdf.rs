@@ -9,7 +9,7 @@ use flate2::write::ZlibEncoder;
 use powergs_pixels::RgbImage;
 
 use super::font::{self, Pen};
-use super::scene::{Point, Rgb, Scene, Shape, Text};
+use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
 use super::svg::number;
 
 /// Points of print in an inch.
@@ -30,7 +30,7 @@ pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
     for shape in &scene.shapes {
         draw(&mut content, &mut images, shape);
     }
-    let mut file = File::default();
+    let mut file = PdfFile::default();
     let names: Vec<String> = (0..images.len()).map(|i| format!("/I{i} {} 0 R", 5 + i)).collect();
     file.object("<< /Type /Catalog /Pages 2 0 R >>");
     file.object("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
@@ -57,13 +57,13 @@ pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
 
 /// A PDF file being written; objects are numbered from 1.
 #[derive(Default)]
-struct File {
+struct PdfFile {
     bytes: Vec<u8>,
     /// Where each object begins.
     offsets: Vec<usize>,
 }
 
-impl File {
+impl PdfFile {
     fn begin(&mut self) -> usize {
         if self.bytes.is_empty() {
             // The second line tells transfer programs that the file is binary.
@@ -154,14 +154,14 @@ fn draw<'a>(out: &mut String, images: &mut Vec<&'a RgbImage>, shape: &'a Shape) 
     }
 }
 
-fn path(out: &mut String, points: &[Point]) {
+fn path(out: &mut String, points: &[ScenePoint]) {
     for (i, (x, y)) in points.iter().enumerate() {
         let operator = if i == 0 { 'm' } else { 'l' };
         let _ = writeln!(out, "{} {} {operator}", number(*x), number(*y));
     }
 }
 
-fn circle(out: &mut String, (x, y): Point, r: f64) {
+fn circle(out: &mut String, (x, y): ScenePoint, r: f64) {
     let c = ROUND * r;
     let _ = writeln!(out, "{} {} m", number(x + r), number(y));
     for quarter in [
@@ -176,12 +176,12 @@ fn circle(out: &mut String, (x, y): Point, r: f64) {
 }
 
 /// The letters of a line of text; PDF knows cubic curves only.
-struct Letters<'a> {
+struct PdfLetters<'a> {
     out: &'a mut String,
-    at: Point,
+    at: ScenePoint,
 }
 
-impl Letters<'_> {
+impl PdfLetters<'_> {
     fn write(&mut self, numbers: &[f64], operator: char) {
         for v in numbers {
             self.out.push_str(&number(*v));
@@ -192,7 +192,7 @@ impl Letters<'_> {
     }
 }
 
-impl Pen for Letters<'_> {
+impl Pen for PdfLetters<'_> {
     fn start(&mut self, x: f64, y: f64) {
         self.at = (x, y);
         self.write(&[x, y], 'm');
@@ -226,9 +226,9 @@ fn words(out: &mut String, text: &Text) {
     if text.halo > 0.0 {
         let halo = number(text.halo);
         let _ = writeln!(out, "1 1 1 RG {halo} w 1 j");
-        font::draw(&text.text, text.size, text.bold, &mut Letters { out, at: (0.0, 0.0) });
+        font::draw(&text.text, text.size, text.bold, &mut PdfLetters { out, at: (0.0, 0.0) });
         out.push_str("S\n");
     }
-    font::draw(&text.text, text.size, text.bold, &mut Letters { out, at: (0.0, 0.0) });
+    font::draw(&text.text, text.size, text.bold, &mut PdfLetters { out, at: (0.0, 0.0) });
     out.push_str("f Q EMC\n");
 }

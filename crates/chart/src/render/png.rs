@@ -7,7 +7,7 @@ use tiny_skia::{
 };
 
 use super::font::{self, Pen};
-use super::scene::{Point, Rgb, Scene, Shape, Text};
+use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
 
 /// The PNG of a page.
 ///
@@ -68,7 +68,7 @@ fn draw(page: &mut Pixmap, shape: &Shape, scale: f32) {
     }
 }
 
-fn path(points: &[Point], closed: bool) -> Option<Path> {
+fn path(points: &[ScenePoint], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
     let mut points = points.iter().map(|(x, y)| (*x as f32, *y as f32));
     let (x, y) = points.next()?;

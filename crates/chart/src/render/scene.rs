@@ -5,7 +5,7 @@ use powergs_pixels::RgbImage;
 use crate::Sheet;
 
 /// A point of the page, units from its upper left corner.
-pub type Point = (f64, f64);
+pub type ScenePoint = (f64, f64);
 
 /// An opaque colour.
 pub type Rgb = (u8, u8, u8);
@@ -26,7 +26,7 @@ pub enum Shape {
     /// A line through points.
     Line {
         /// Its corners.
-        points: Vec<Point>,
+        points: Vec<ScenePoint>,
         /// Its colour.
         stroke: Rgb,
         /// Its width, page units.
@@ -35,14 +35,14 @@ pub enum Shape {
     /// A filled polygon.
     Polygon {
         /// Its corners.
-        points: Vec<Point>,
+        points: Vec<ScenePoint>,
         /// Its colour.
         fill: Rgb,
     },
     /// A filled circle.
     Circle {
         /// Its centre.
-        centre: Point,
+        centre: ScenePoint,
         /// Its radius, page units.
         radius: f64,
         /// Its colour.
@@ -67,7 +67,7 @@ pub struct Text {
     /// The words.
     pub text: String,
     /// Left end of the base line; of text that reads upwards its lower end.
-    pub start: Point,
+    pub start: ScenePoint,
     /// Width, page units.
     pub width: f64,
     /// Size of an em, page units.

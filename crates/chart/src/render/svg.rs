@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use super::scene::{Point, Rgb, Scene, Shape, Text};
+use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
 use crate::Sheet;
 
 /// The font of the measured widths, then others of about the same.
@@ -104,7 +104,7 @@ fn words(out: &mut String, text: &Text) -> std::fmt::Result {
     )
 }
 
-fn corners(points: &[Point]) -> String {
+fn corners(points: &[ScenePoint]) -> String {
     let mut out = String::with_capacity(12 * points.len());
     for (i, (x, y)) in points.iter().enumerate() {
         let space = if i > 0 { " " } else { "" };

@@ -1,7 +1,7 @@
 //! The joint machine gives the next ratio, until one is there.
 
 use powergs_codesign::alternate::next;
-use powergs_codesign::compare::{Budget, Market};
+use powergs_codesign::compare::{CompareBudget, Market};
 use powergs_codesign::fit::{Fitted, ModelFacts};
 use powergs_codesign::model::ModelPoint;
 use powergs_codesign::pricing::{Fate, Price, Row, SCOPES};
@@ -49,7 +49,7 @@ fn row(rho: f64) -> Row {
 fn a_fit_of_ratios_gives_the_next_until_it_is_there() {
     let mut models: Vec<Fitted> = [0.0, 0.45, 0.9].map(|rho| model(rho, "short")).into();
     let mut rows: Vec<Row> = [0.0, 0.45, 0.9].map(row).into();
-    let budget = Budget { area_mm2: 2.0, frame_ms: 2.0 };
+    let budget = CompareBudget { area_mm2: 2.0, frame_ms: 2.0 };
     let mut tried = Vec::new();
     loop {
         let passed = vec![true; models.len()];
@@ -73,7 +73,7 @@ fn a_fit_of_ratios_gives_the_next_until_it_is_there() {
 fn other_formats_and_too_few_ratios_are_no_samples() {
     let models = [model(0.0, "short"), model(0.3, "short"), model(0.9, "fp16")];
     let rows: Vec<Row> = [0.0, 0.3, 0.9].map(row).into();
-    let budget = Budget { area_mm2: 2.0, frame_ms: 2.0 };
+    let budget = CompareBudget { area_mm2: 2.0, frame_ms: 2.0 };
     let passed = [true; 3];
     let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
     assert_eq!(next(&models, &market, (1, Some(4))), None);

@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use powergs_codesign::compare::{Budget, Comparison, Limit, Market, Pair, Way, compare, front};
+use powergs_codesign::compare::{
+    CompareBudget, Comparison, Limit, Market, Pair, Way, compare, front,
+};
 use powergs_codesign::pricing::{Fate, Price, Row, SCOPES};
 use powergs_codesign::stability::{alternatives, coupling, sequential};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-const BUDGET: Budget = Budget { area_mm2: 4.0, frame_ms: 16.0 };
+const BUDGET: CompareBudget = CompareBudget { area_mm2: 4.0, frame_ms: 16.0 };
 
 fn price(total_w: f64, area_mm2: f64, frame_ms: f64) -> Price {
     let display_w = total_w / 2.0;

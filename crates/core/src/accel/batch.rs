@@ -83,7 +83,7 @@ impl Batch {
 }
 
 /// Counters of the first records of a scene.
-type Counts = [u64; 6];
+type BatchCounts = [u64; 6];
 
 /// The batches of a frame, in order.
 #[derive(Debug, Clone)]
@@ -94,7 +94,7 @@ pub struct Batches<'a> {
     pairs: u64,
     batch: u64,
     at: u64,
-    before: Counts,
+    before: BatchCounts,
     is_done: bool,
     pass: Pass,
     lists: Option<&'a ListWrites>,
@@ -135,14 +135,15 @@ impl<'a> Batches<'a> {
 
     /// Counters of the first `end` records, `end` below all.
     #[inline]
-    fn until(&self, end: u64) -> Counts {
+    fn until(&self, end: u64) -> BatchCounts {
         let t = &self.total;
         if self.storage.is_empty() {
             let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs, t.lookups];
             return all.map(|x| part_of(x, end, t.records));
         }
         let (block, part) = ((end / STORAGE_BLOCK) as usize, end % STORAGE_BLOCK);
-        let low = if block == 0 { Counts::default() } else { counts(&self.storage[block - 1]) };
+        let low =
+            if block == 0 { BatchCounts::default() } else { counts(&self.storage[block - 1]) };
         let high = counts(&self.storage[block]);
         let left = t.records - block as u64 * STORAGE_BLOCK;
         let mut at = low;
@@ -159,7 +160,7 @@ impl<'a> Batches<'a> {
 }
 
 #[inline]
-fn counts(p: &StoragePrefix) -> Counts {
+fn counts(p: &StoragePrefix) -> BatchCounts {
     [p.survivors, p.prepared, p.tests, p.splats, p.pairs, p.lookups].map(u64::from)
 }
 

@@ -45,7 +45,7 @@ use powergs_energy::action::Stage;
 
 /// A request of a run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample {
+pub(crate) struct CalibrationSample {
     pub(super) stream: Stream,
     pub(super) bytes: u64,
     /// The cycle in which it was made, and that in which it was done.
@@ -56,16 +56,16 @@ pub(crate) struct Sample {
 /// The requests of a run, and what the device did.
 #[derive(Debug)]
 pub(crate) struct Recording {
-    pub(super) samples: Vec<Sample>,
+    pub(super) samples: Vec<CalibrationSample>,
     pub(super) stats: Stats,
     pub(super) cycles_per_ck: f64,
     pub(super) frame: u64,
 }
 
 /// Wants the times of requests.
-struct Recorder;
+struct CalibrationRecorder;
 
-impl Observer for Recorder {
+impl Observer for CalibrationRecorder {
     const WANTS_TIMES: bool = true;
 
     fn span(&mut self, _: Span) {}
@@ -110,11 +110,11 @@ impl Calibration {
         let runs = runs.as_deref();
         let context = FrameContext { runs, calibration: None, ..*context };
         let plan = Plan::new(workload, reference, &units, &context);
-        let recorder = &mut Recorder;
+        let recorder = &mut CalibrationRecorder;
         let run = pipeline::run(workload, reference, &units, &plan, context, None, recorder);
         let recording = run.recording.expect("a run with a device has a recording");
         let device = reference.device.as_deref().expect("a machine is linked to its DRAM device");
-        Fit::new(&recording, device, reference.schedule.overlap).calibration()
+        CalibrationFit::new(&recording, device, reference.schedule.overlap).calibration()
     }
 
     /// The memory.
@@ -156,7 +156,7 @@ impl Calibration {
 
 /// What a recording says about one stream.
 #[derive(Debug, Clone, Copy, Default)]
-struct Seen {
+struct CalibrationSeen {
     requests: f64,
     bytes: f64,
     /// Read and write commands.
@@ -165,13 +165,13 @@ struct Seen {
     activates: f64,
 }
 
-impl Seen {
-    fn new(traffic: &Traffic) -> Seen {
-        Seen {
+impl CalibrationSeen {
+    fn new(traffic: &Traffic) -> CalibrationSeen {
+        CalibrationSeen {
             reads: traffic.reads as f64,
             writes: traffic.writes as f64,
             activates: (traffic.row_misses + traffic.row_conflicts) as f64,
-            ..Seen::default()
+            ..CalibrationSeen::default()
         }
     }
 
@@ -184,19 +184,19 @@ impl Seen {
 const PHASES: usize = 2;
 
 /// A calibration on its way.
-struct Fit<'a> {
+struct CalibrationFit<'a> {
     recording: &'a Recording,
     device: &'a Device,
     overlap: Overlap,
-    seen: [Seen; Stream::COUNT],
+    seen: [CalibrationSeen; Stream::COUNT],
     /// Data buses.
     buses: f64,
 }
 
-impl<'a> Fit<'a> {
-    fn new(recording: &'a Recording, device: &'a Device, overlap: Overlap) -> Fit<'a> {
+impl<'a> CalibrationFit<'a> {
+    fn new(recording: &'a Recording, device: &'a Device, overlap: Overlap) -> CalibrationFit<'a> {
         let classes = &recording.stats.classes;
-        let mut seen = Stream::ALL.map(|stream| Seen::new(&classes[stream as usize]));
+        let mut seen = Stream::ALL.map(|stream| CalibrationSeen::new(&classes[stream as usize]));
         for sample in &recording.samples {
             let seen = &mut seen[sample.stream as usize];
             seen.requests += 1.0;
@@ -204,7 +204,7 @@ impl<'a> Fit<'a> {
         }
         let organisation = &device.organisation;
         let buses = f64::from(organisation.channels * organisation.pseudo_channels);
-        Fit { recording, device, overlap, seen, buses }
+        CalibrationFit { recording, device, overlap, seen, buses }
     }
 
     fn cycles(&self, ck: u32) -> f64 {
@@ -241,7 +241,7 @@ impl<'a> Fit<'a> {
 
     /// Cycles of a phase for which requests of it are under way, without their latency.
     fn time_at_work(&self, phase: usize) -> f64 {
-        let of_phase = |s: &&Sample| self.phase(s.stream) == phase;
+        let of_phase = |s: &&CalibrationSample| self.phase(s.stream) == phase;
         let mut spans: Vec<(f64, f64)> = self
             .recording
             .samples
@@ -365,7 +365,7 @@ impl<'a> Fit<'a> {
                 (cost, PerByte { reads, writes, activates: 0.0 })
             }
         };
-        let bursts: f64 = self.seen.iter().map(Seen::bursts).sum();
+        let bursts: f64 = self.seen.iter().map(CalibrationSeen::bursts).sum();
         let all = (stats.reads + stats.writes).max(1) as f64;
         let frame = (*frame).max(1) as f64;
         let busy = stats.busy_max as f64 * cycles_per_ck / all;

@@ -5,7 +5,7 @@
 //! controller may serve later requests first.
 
 use super::DramUse;
-use super::calibration::{Calibration, Recording, Sample};
+use super::calibration::{Calibration, CalibrationSample, Recording};
 use super::dram::{Channel, Dram};
 use super::layout::{AccessPattern, Layout};
 use super::machine::{DramModel, Machine};
@@ -56,7 +56,7 @@ pub struct Memory<'a> {
     /// What device commands come with the requests of the `calibrated` model.
     calibration: Option<&'a Calibration>,
     /// The requests, for an observer that wants their times.
-    samples: Vec<Sample>,
+    samples: Vec<CalibrationSample>,
     /// The length of the frame, once it is over.
     frame: u64,
 }
@@ -204,7 +204,7 @@ impl<'a> Memory<'a> {
         let stage = &mut self.traffic.stages[stream.stage() as usize];
         *(if stream.is_write() { &mut stage.write } else { &mut stage.read }) += bytes;
         if O::WANTS_TIMES {
-            self.samples.push(Sample { stream, bytes, issued: now, done: NEVER });
+            self.samples.push(CalibrationSample { stream, bytes, issued: now, done: NEVER });
         }
         match &mut self.timer {
             Timer::Flat(channel) if !O::WANTS_REQUESTS => {

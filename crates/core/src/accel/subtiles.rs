@@ -14,7 +14,7 @@ use crate::workload::{ChunkWork, FrameWorkload};
 
 /// In which order units meet sub-tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Way {
+pub enum SubtileWay {
     /// All units take the sub-tiles of an entry one after the other.
     Interleaved {
         /// Cycles that a change of the pixel state takes; hidden as far as a pair takes as long.
@@ -37,7 +37,7 @@ pub enum Way {
 /// Everything that the cycles of a chunk depend on besides the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Discipline {
-    way: Way,
+    way: SubtileWay,
     /// Groups of pixels of a sub-tile that its units take one after the other.
     rounds: u64,
     /// Cycles of a round while all pixels are live.
@@ -80,10 +80,10 @@ impl Discipline {
         }
         let depth = spec.subtile_queue;
         let way = match (spec.organisation, spec.switch) {
-            (Organisation::SubtileParallel, _) => Way::Parallel { depth },
-            (Organisation::SubtileSerial, Switch::Free) => Way::Interleaved { swap: 0 },
-            (Organisation::SubtileSerial, Switch::State) => Way::Interleaved { swap },
-            (Organisation::SubtileSerial, Switch::Scan) => Way::Scanned { swap, depth },
+            (Organisation::SubtileParallel, _) => SubtileWay::Parallel { depth },
+            (Organisation::SubtileSerial, Switch::Free) => SubtileWay::Interleaved { swap: 0 },
+            (Organisation::SubtileSerial, Switch::State) => SubtileWay::Interleaved { swap },
+            (Organisation::SubtileSerial, Switch::Scan) => SubtileWay::Scanned { swap, depth },
         };
         Some(Discipline {
             way,
@@ -127,9 +127,9 @@ pub fn runs(workload: &FrameWorkload, discipline: &Discipline) -> Vec<ChunkRun> 
         .map_init(Scratch::default, |scratch, tile| {
             let tile = Tile::new(workload, discipline, tile);
             match discipline.way {
-                Way::Interleaved { swap } => tile.interleaved(swap, scratch),
-                Way::Scanned { swap, depth } => tile.scanned(swap, depth, scratch),
-                Way::Parallel { depth } => tile.parallel(depth, scratch),
+                SubtileWay::Interleaved { swap } => tile.interleaved(swap, scratch),
+                SubtileWay::Scanned { swap, depth } => tile.scanned(swap, depth, scratch),
+                SubtileWay::Parallel { depth } => tile.parallel(depth, scratch),
             }
         })
         .collect();

@@ -10,7 +10,7 @@ use crate::sim::{Incompatible, InvariantViolated, SimError};
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A configuration file, a name of one, or a key is invalid.
-    #[error("{}", Placed(place, message))]
+    #[error("{}", PlacedError(place, message))]
     Config {
         /// The file, by path or name; empty where the message says it.
         place: String,
@@ -29,7 +29,7 @@ pub enum RunError {
         reason: Incompatible,
     },
     /// An input cannot be read or is damaged.
-    #[error("{}", Placed(place, message))]
+    #[error("{}", PlacedError(place, message))]
     Input {
         /// The file.
         place: String,
@@ -37,7 +37,7 @@ pub enum RunError {
         message: String,
     },
     /// Results cannot be written.
-    #[error("{}", Placed(place, message))]
+    #[error("{}", PlacedError(place, message))]
     Output {
         /// The file or folder.
         place: String,
@@ -58,9 +58,9 @@ pub enum RunError {
 }
 
 /// `place: message`, or the message alone.
-struct Placed<'a>(&'a str, &'a str);
+struct PlacedError<'a>(&'a str, &'a str);
 
-impl fmt::Display for Placed<'_> {
+impl fmt::Display for PlacedError<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             "" => f.write_str(self.1),

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use crate::accel::timeline::{Observer, Span};
-use crate::accel::{Machine, Replay};
+use crate::accel::{FrameReplay, Machine};
 use crate::sim::{Measured, observed};
 use crate::workload::FrameWorkload;
 use powergs_dram::address_trace::write_request;
@@ -23,7 +23,7 @@ pub struct FrameOn<'a> {
 
 impl FrameOn<'_> {
     /// Takes the frame through the machine and tells `observer` what every unit did when.
-    pub fn observe(&self, observer: &mut impl Observer) -> Replay {
+    pub fn observe(&self, observer: &mut impl Observer) -> FrameReplay {
         observed(&self.workload, &self.measured, self.machine, observer)
     }
 

@@ -270,7 +270,7 @@ impl Measurer<'_> {
 }
 
 /// Subjects that share one timing.
-struct Group {
+struct SessionGroup {
     /// Places in the list of subjects.
     subjects: Vec<usize>,
     /// Place in the list of measurers; the `paper` model has none.
@@ -366,7 +366,7 @@ impl<'a> Session<'a> {
         states: Vec<S>,
         step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
     ) -> Result<(Vec<S>, usize), RunError> {
-        let mut plan = Plan::new(subjects);
+        let mut plan = SessionPlan::new(subjects);
         let eyes = self.frames.eyes();
         let state = |of_subject| State { of_subject, periods: Periods::default(), eyes };
         let mut states: Vec<State<S>> = states.into_iter().map(state).collect();
@@ -482,7 +482,7 @@ impl<'a> Session<'a> {
     fn simulate(
         &self,
         subjects: &[Subject<'_>],
-        plan: &Plan<'_>,
+        plan: &SessionPlan<'_>,
         window: &[BinnedFrame],
         measured: &[Vec<Measured>],
     ) -> Result<Vec<Option<Reports>>, RunError> {
@@ -517,7 +517,7 @@ impl<'a> Session<'a> {
 /// A frame on all machines of a group that want it: timed once, priced for each.
 fn on_group(
     subjects: &[Subject<'_>],
-    group: &Group,
+    group: &SessionGroup,
     frame: &BinnedFrame,
     measured: Option<&Measured>,
 ) -> Result<GroupReports, RunError> {
@@ -595,23 +595,23 @@ struct State<S> {
 }
 
 /// Who is binned, measured and timed together.
-struct Plan<'a> {
+struct SessionPlan<'a> {
     geometries: Vec<Geometry>,
     measurers: Vec<Measurer<'a>>,
-    groups: Vec<Group>,
+    groups: Vec<SessionGroup>,
 }
 
-impl<'a> Plan<'a> {
-    fn new(subjects: &[Subject<'a>]) -> Plan<'a> {
+impl<'a> SessionPlan<'a> {
+    fn new(subjects: &[Subject<'a>]) -> SessionPlan<'a> {
         let mut geometries: Vec<Geometry> = subjects.iter().map(Subject::geometry).collect();
         geometries.sort();
         geometries.dedup();
         let mut measurers: Vec<Measurer> = Vec::new();
         let mut by_timing: BTreeMap<(u128, usize), usize> = BTreeMap::new();
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<SessionGroup> = Vec::new();
         for (i, subject) in subjects.iter().enumerate() {
             let Some(key) = MeasureKey::of(subject) else {
-                groups.push(Group { subjects: vec![i], measurer: None });
+                groups.push(SessionGroup { subjects: vec![i], measurer: None });
                 continue;
             };
             let known = measurers.iter().position(|m| m.key == key);
@@ -627,11 +627,11 @@ impl<'a> Plan<'a> {
             let Target::System(system) = subject.target else { continue };
             let place = *by_timing.entry((system.timing_id(), measurer)).or_insert(groups.len());
             if place == groups.len() {
-                groups.push(Group { subjects: Vec::new(), measurer: Some(measurer) });
+                groups.push(SessionGroup { subjects: Vec::new(), measurer: Some(measurer) });
             }
             groups[place].subjects.push(i);
         }
-        Plan { geometries, measurers, groups }
+        SessionPlan { geometries, measurers, groups }
     }
 
     /// By measurer, by frame of the window.

@@ -2,7 +2,7 @@
 
 use super::FrameReport;
 use crate::accel::machine::FeatureSource;
-use crate::accel::{FrameTiming, Machine, Replay, RuleError};
+use crate::accel::{FrameReplay, FrameTiming, Machine, RuleError};
 use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry, binning};
 use powergs_base::budget::OverBudget;
@@ -197,7 +197,7 @@ pub(crate) fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), In
 ///
 /// # Errors
 /// [`Incompatible::Rule`].
-pub(crate) fn rules(replay: &Replay) -> Result<(), Incompatible> {
+pub(crate) fn rules(replay: &FrameReplay) -> Result<(), Incompatible> {
     replay.rule_error.clone().map_or(Ok(()), |error| Err(error.into()))
 }
 
@@ -206,7 +206,7 @@ pub(crate) fn rules(replay: &Replay) -> Result<(), Incompatible> {
 ///
 /// # Errors
 /// [`InvariantViolated::Traffic`] for the first stage whose bytes differ, or for the total.
-pub fn traffic(frame: usize, replay: &Replay) -> Result<(), InvariantViolated> {
+pub fn traffic(frame: usize, replay: &FrameReplay) -> Result<(), InvariantViolated> {
     let (actions, timing) = (&replay.actions, &replay.timing);
     let broken = |stage, charged: (u64, u64), served: (u64, u64)| InvariantViolated::Traffic {
         frame,
@@ -238,7 +238,7 @@ pub(crate) fn written(
     frame: usize,
     workload: &FrameWorkload,
     machine: &Machine,
-    replay: &Replay,
+    replay: &FrameReplay,
     is_reused: bool,
 ) -> Result<(), InvariantViolated> {
     let (record, c) = (&machine.record, &workload.counters);

@@ -3,7 +3,7 @@
 
 use super::{CacheSummary, ListOrder, OrderSummary};
 use crate::accel::timeline::Observer;
-use crate::accel::{FrameContext, Machine, Replay, replay_with};
+use crate::accel::{FrameContext, FrameReplay, Machine, replay_with};
 use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
@@ -89,7 +89,7 @@ pub fn observed(
     measured: &Measured,
     machine: &Machine,
     observer: &mut impl Observer,
-) -> Replay {
+) -> FrameReplay {
     replay_with(workload, machine, measured.context(), observer)
 }
 

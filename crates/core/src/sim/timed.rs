@@ -5,7 +5,7 @@ use super::{
     ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
 };
 use crate::accel::regions::RegionWork;
-use crate::accel::{self, FrameTiming, Machine, Memo, Replay, UnitCycles};
+use crate::accel::{self, FrameReplay, FrameTiming, Machine, Memo, UnitCycles};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::{Action, ActionCounts, Stage};
@@ -74,7 +74,7 @@ fn timed(
     workload: &FrameWorkload,
     measured: &Measured,
     machine: &Machine,
-    replay: Replay,
+    replay: FrameReplay,
 ) -> Result<Timed, SimError> {
     check::rules(&replay)?;
     check::traffic(frame, &replay)?;

@@ -82,7 +82,7 @@ pub struct ListPart {
 
 /// The moves of one pass over all records.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-struct Pass {
+struct BinningPass {
     moves: Vec<ListMove>,
     /// Moves up to the end of each block of [`STORAGE_BLOCK`] records. What ends the pass belongs
     /// to none. Empty for scenes beyond [`STORAGE_RECORDS_MAX`].
@@ -101,7 +101,7 @@ pub struct ListWrites {
     shape: ListShape,
     records: u64,
     /// The pass that writes, and the one that counts.
-    passes: [Pass; 2],
+    passes: [BinningPass; 2],
     /// Of each tile: the place of its list, or of its first block in `blocks`.
     starts: Vec<u64>,
     blocks: Vec<u32>,
@@ -419,7 +419,7 @@ impl ListWrites {
     }
 }
 
-impl Pass {
+impl BinningPass {
     /// Closes blocks of records until there are `blocks`.
     fn close(&mut self, blocks: usize) {
         while self.blocks.len() < blocks {

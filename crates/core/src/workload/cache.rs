@@ -168,7 +168,7 @@ enum State {
 
 /// A record in the list of its set, which is in order of use.
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct CacheNode {
     newer: u32,
     older: u32,
     state: State,
@@ -185,7 +185,7 @@ struct Set {
 /// ways.
 struct Cache {
     shape: CacheShape,
-    nodes: Vec<Node>,
+    nodes: Vec<CacheNode>,
     sets: Vec<Set>,
 }
 
@@ -194,7 +194,7 @@ impl Cache {
     fn new(shape: CacheShape, records: usize) -> Cache {
         let sets = (shape.sets as usize).min(records.max(1));
         let set = Set { newest: NONE, oldest: NONE, records: 0 };
-        let node = Node { newer: NONE, older: NONE, state: State::Unseen };
+        let node = CacheNode { newer: NONE, older: NONE, state: State::Unseen };
         Cache { shape, nodes: vec![node; records], sets: vec![set; sets] }
     }
 
@@ -234,7 +234,7 @@ impl Cache {
     }
 
     fn remove(&mut self, set: u32, record: u32) {
-        let Node { newer, older, .. } = self.nodes[record as usize];
+        let CacheNode { newer, older, .. } = self.nodes[record as usize];
         let own = &mut self.sets[set as usize];
         own.records -= 1;
         match newer {

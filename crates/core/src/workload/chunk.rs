@@ -23,7 +23,7 @@ pub(crate) struct TilePixels<'a> {
 
 /// Memory that is used again for each tile.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub struct ChunkScratch {
     subtile: Subtile,
     /// Entries with a set bit before each position, of one sub-tile.
     before: Vec<u32>,
@@ -46,7 +46,7 @@ pub(crate) fn push_chunks(
     tile: &TileWork,
     pixels: TilePixels,
     bitmaps: &[u8],
-    scratch: &mut Scratch,
+    scratch: &mut ChunkScratch,
     out: &mut Vec<ChunkWork>,
     stops: &mut Vec<[u32; QUAD]>,
 ) {

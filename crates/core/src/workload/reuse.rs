@@ -109,17 +109,17 @@ pub fn update(old: &SortedLists, workload: &FrameWorkload) -> (Reuse, SortedList
     let rank_of = ranks_by_index(workload);
     let parts = 4 * rayon::current_num_threads() as u32;
     let part = groups(workload).div_ceil(parts).max(1);
-    let done: Vec<Part> = (0..groups(workload).div_ceil(part))
+    let done: Vec<ReusePart> = (0..groups(workload).div_ceil(part))
         .into_par_iter()
         .map(|i| {
-            let mut bench = Bench::new(workload, &rank_of, old.age + 1);
+            let mut bench = ReuseBench::new(workload, &rank_of, old.age + 1);
             for group in i * part..((i + 1) * part).min(groups(workload)) {
                 bench.update(if same { old.list(group) } else { &[] }, group);
             }
             bench.part
         })
         .collect();
-    let mut all = Part::default();
+    let mut all = ReusePart::default();
     for part in done {
         all.append(part);
     }
@@ -143,7 +143,7 @@ fn ranks_by_index(workload: &FrameWorkload) -> Vec<u32> {
     ranks
 }
 
-fn summary(part: &Part) -> ReuseSummary {
+fn summary(part: &ReusePart) -> ReuseSummary {
     let mut s = ReuseSummary::default();
     let mut keeping = 0u64;
     for list in &part.lists {
@@ -172,15 +172,15 @@ const GONE: u32 = u32::MAX;
 
 /// Some lists.
 #[derive(Debug, Default)]
-struct Part {
+struct ReusePart {
     lists: Vec<ListReuse>,
     orders: Vec<Vec<u32>>,
     /// How many kept entries moved by how much.
     shifts: Vec<u64>,
 }
 
-impl Part {
-    fn append(&mut self, other: Part) {
+impl ReusePart {
+    fn append(&mut self, other: ReusePart) {
         self.lists.extend(other.lists);
         self.orders.extend(other.orders);
         let length = self.shifts.len().max(other.shifts.len());
@@ -192,22 +192,22 @@ impl Part {
 }
 
 /// One list after the other.
-struct Bench<'a> {
+struct ReuseBench<'a> {
     workload: &'a FrameWorkload,
     rank_of: &'a [u32],
     /// Where the first chunk ends.
     first_border: usize,
     /// Position in the current list by rank, or [`GONE`].
     position: Vec<u32>,
-    part: Part,
+    part: ReusePart,
 }
 
-impl<'a> Bench<'a> {
-    fn new(workload: &'a FrameWorkload, rank_of: &'a [u32], age: u32) -> Bench<'a> {
+impl<'a> ReuseBench<'a> {
+    fn new(workload: &'a FrameWorkload, rank_of: &'a [u32], age: u32) -> ReuseBench<'a> {
         let chunk = workload.geometry.chunk as usize;
         let first_border = if age % 2 == 1 { chunk } else { chunk.div_ceil(2) };
         let position = vec![GONE; workload.index.len()];
-        Bench { workload, rank_of, first_border, position, part: Part::default() }
+        ReuseBench { workload, rank_of, first_border, position, part: ReusePart::default() }
     }
 
     fn update(&mut self, old: &[u32], group: u32) {

@@ -1,6 +1,6 @@
 //! One row of tiles: lists from runs, sub-tile bitmaps, and what each chunk has to do.
 
-use super::chunk::{Scratch, TilePixels, push_chunks};
+use super::chunk::{ChunkScratch, TilePixels, push_chunks};
 use super::fovea::TileFovea;
 use super::{ChunkWork, Geometry, TileWork};
 use powergs_frame::splat::runs::Runs;
@@ -33,7 +33,7 @@ pub(crate) fn bin_row(
     let (starts, list, bitmaps) = build_lists(frame, runs, fovea, geometry, ty);
     let mut part = RowPart { list, bitmaps, ..RowPart::default() };
     let mut counted = Counted::default();
-    let mut scratch = Scratch::default();
+    let mut scratch = ChunkScratch::default();
     for tx in 0..runs.grid.nx {
         let range = starts[tx as usize]..starts[tx as usize + 1];
         let bytes = geometry.bitmap_bytes();

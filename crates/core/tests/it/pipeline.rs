@@ -10,7 +10,7 @@ mod timelines;
 
 use powergs_core::accel::machine::{DramModel, Overlap};
 use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::{FrameContext, Machine, Replay, Stall, replay_with};
+use powergs_core::accel::{FrameContext, FrameReplay, Machine, Stall, replay_with};
 use rayon::prelude::*;
 
 use self::support::{Dice, set_rate};
@@ -21,7 +21,7 @@ const CASES: u64 = 2500;
 /// Cycles by unit and state: busy, stalls by cause, idle.
 type States = [[u64; 2 + Stall::ALL.len()]; 4];
 
-fn states_of(replay: &Replay) -> States {
+fn states_of(replay: &FrameReplay) -> States {
     std::array::from_fn(|unit| {
         let u = &replay.timing.units[unit];
         let [a, b, c, d, e, f, g] = u.stalls;

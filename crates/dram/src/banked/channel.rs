@@ -8,11 +8,11 @@
 //! Source: `ramulator`, controllers of version 2.1.
 
 use super::class::{Class, NO_KEY};
-use super::counts::Counts;
+use super::counts::BankedCounts;
 use super::front::{Burst, Fifo, Front};
 use super::log::{CommandKind, Logged};
-use super::plan::{Candidate, Command};
-use super::queue::{CLOSED, Entries, List, NONE, Writes};
+use super::plan::{Candidate, PlannedCommand};
+use super::queue::{CLOSED, Entries, NONE, QueueList, Writes};
 use super::rules::{Known, READ, Rules, WRITE};
 use super::sleep::Sleep;
 use super::table::Table;
@@ -40,7 +40,7 @@ pub(super) struct Bank {
     pub pseudo: u8,
     pub group: u8,
     /// Waiting reads and writes.
-    pub lists: [List; 2],
+    pub lists: [QueueList; 2],
 }
 
 impl Bank {
@@ -53,7 +53,7 @@ impl Bank {
         active: NONE,
         pseudo: 0,
         group: 0,
-        lists: [List::EMPTY; 2],
+        lists: [QueueList::EMPTY; 2],
     };
 }
 
@@ -64,7 +64,7 @@ pub(super) const PRECHARGE: usize = 1;
 
 /// Timing constraints that the banks of a bank group share.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Group {
+pub(super) struct ChannelGroup {
     pub activate_ok: u64,
     pub column_ok: [u64; 2],
 }
@@ -94,7 +94,7 @@ pub(super) enum Due {
 
 /// A channel.
 #[derive(Debug, Clone)]
-pub(super) struct Channel {
+pub(super) struct BankedChannel {
     /// Bursts that wait for the controller.
     pub fifo: Fifo,
     /// The CK in which the first of them may be accepted, as far as is known.
@@ -103,7 +103,7 @@ pub(super) struct Channel {
     pub wake: u64,
     pub entries: Entries,
     pub banks: Table<Bank>,
-    pub groups: Table<Group>,
+    pub groups: Table<ChannelGroup>,
     pub pseudo_channels: Table<PseudoChannel>,
     /// Entries in the read and the write queue.
     pub len: [usize; 2],
@@ -146,12 +146,12 @@ pub(super) struct Channel {
     /// The CK in which the data clock stops; never if it always runs.
     pub clock_until: u64,
     pub sleep: Sleep,
-    pub counts: Counts,
+    pub counts: BankedCounts,
     /// The commands, if they are kept.
     pub log: Option<Vec<Logged>>,
 }
 
-impl Channel {
+impl BankedChannel {
     pub(super) fn new(rules: &Rules) -> Self {
         let mut banks = Table::new(Bank::CLOSED);
         for i in 0..rules.banks() {
@@ -169,7 +169,7 @@ impl Channel {
             wake: refresh,
             entries: Entries::new(rules.queue[0] + rules.queue[1] + rules.banks()),
             banks,
-            groups: Table::new(Group::default()),
+            groups: Table::new(ChannelGroup::default()),
             pseudo_channels: Table::new(PseudoChannel::default()),
             len: [0; 2],
             open: 0,
@@ -192,7 +192,7 @@ impl Channel {
             synced: None,
             clock_until: if rules.clock_runs.is_some() { 0 } else { u64::MAX },
             sleep: Sleep::default(),
-            counts: Counts::default(),
+            counts: BankedCounts::default(),
             log: None,
         }
     }
@@ -209,7 +209,7 @@ impl Channel {
         self.accepts.min(self.wake)
     }
 
-    /// Does what happens in the CK `now`, which is [`Channel::next`].
+    /// Does what happens in the CK `now`, which is [`BankedChannel::next`].
     #[inline]
     pub(super) fn tick(&mut self, now: u64, rules: &Rules, front: &mut Front) {
         if rules.plain {
@@ -432,7 +432,10 @@ impl Channel {
             }
             return halved;
         }
-        if rules.has_extras() && now >= self.clock_until && candidate.command == Command::Column {
+        if rules.has_extras()
+            && now >= self.clock_until
+            && candidate.command == PlannedCommand::Column
+        {
             if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
                 self.second_half(now, rules);
             } else {

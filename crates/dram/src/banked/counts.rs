@@ -15,7 +15,7 @@ pub(super) struct ClassCounts {
 
 /// What a channel did.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Counts {
+pub(super) struct BankedCounts {
     pub classes: [ClassCounts; CLASSES],
     pub activates: u64,
     pub precharges: u64,
@@ -25,7 +25,7 @@ pub(super) struct Counts {
     pub clock_syncs: u64,
 }
 
-impl Counts {
+impl BankedCounts {
     /// Adds them to the activity of the memory, whose bursts have `burst_bytes`.
     pub(super) fn add_to(&self, stats: &mut Stats, burst_bytes: u64) {
         for (class, counts) in self.classes.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-use super::channel::Channel;
+use super::channel::BankedChannel;
 use super::rules::Rules;
 use super::{AddressRange, LatencyFrom, Request};
 use crate::device::Device;
@@ -158,7 +158,12 @@ impl Front {
 
     /// Moves bursts in program order to their channels as far as the limits allow; returns the
     /// channels that have some to accept, one bit each.
-    pub(super) fn enter<F>(&mut self, now: u64, channels: &mut [Channel], pieces: &mut F) -> u64
+    pub(super) fn enter<F>(
+        &mut self,
+        now: u64,
+        channels: &mut [BankedChannel],
+        pieces: &mut F,
+    ) -> u64
     where
         F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
@@ -221,7 +226,7 @@ impl Front {
     /// Sends the next bursts of the current piece to their channels, at most `room`; returns the
     /// channels that had none, one bit each.
     #[inline]
-    fn send(&mut self, index: u32, room: u64, now: u64, channels: &mut [Channel]) -> u64 {
+    fn send(&mut self, index: u32, room: u64, now: u64, channels: &mut [BankedChannel]) -> u64 {
         let slot = &mut self.slots[index as usize];
         let Slot { write, class, .. } = *slot;
         let (first, end) = self.cursor;
@@ -299,7 +304,7 @@ impl Front {
     pub(super) fn run_ahead<F>(
         &mut self,
         until: u64,
-        channels: &mut [Channel],
+        channels: &mut [BankedChannel],
         rules: &Rules,
         pieces: &mut F,
     ) -> u64
@@ -338,7 +343,7 @@ impl Front {
     /// Runs the channel of the oldest burst in the window until it has accepted it, but not beyond
     /// the CK `limit`; returns the channel as a bit.
     #[inline]
-    fn run_oldest(&mut self, limit: u64, channels: &mut [Channel], rules: &Rules) -> u64 {
+    fn run_oldest(&mut self, limit: u64, channels: &mut [BankedChannel], rules: &Rules) -> u64 {
         if self.is_accepted(self.oldest) {
             return 0;
         }

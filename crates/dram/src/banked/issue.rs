@@ -1,10 +1,10 @@
 //! Issue of commands: their effects on the state of a channel.
 
-use super::channel::{ACTIVATE, Channel, Due, PRECHARGE};
+use super::channel::{ACTIVATE, BankedChannel, Due, PRECHARGE};
 use super::front::Front;
 use super::log::CommandKind;
-use super::plan::{COLUMN, Candidate, Command};
-use super::queue::{CLOSED, Entry, NONE};
+use super::plan::{COLUMN, Candidate, PlannedCommand};
+use super::queue::{CLOSED, NONE, QueueEntry};
 use super::rules::{Known, READ, Rules, WRITE};
 use crate::device::Refresh;
 use crate::stats::CLASSES;
@@ -14,7 +14,7 @@ const HIT: usize = 0;
 const MISS: usize = 1;
 const CONFLICT: usize = 2;
 
-impl Channel {
+impl BankedChannel {
     /// Issues a command at `now`.
     pub(super) fn issue<const P: bool>(
         &mut self,
@@ -28,28 +28,28 @@ impl Channel {
         self.log(now, &candidate);
         let (number, entry) = (usize::from(candidate.bank), candidate.entry);
         match candidate.command {
-            Command::Column => {
+            PlannedCommand::Column => {
                 self.occupy(0, now + rules.column_cycles, rules);
                 let (slot, time) = self.column(number, entry, now, rules);
                 front.burst_done(slot, time);
                 // An entry of a queue may be free.
                 self.may_accept(now + 1);
             }
-            Command::Activate => {
+            PlannedCommand::Activate => {
                 self.occupy(1, now + rules.activate_cycles, rules);
                 self.activate(number, entry, now, rules);
                 // An entry of a queue may be free.
                 self.may_accept(now + 1);
             }
-            Command::Precharge => {
+            PlannedCommand::Precharge => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
                 self.count_first(entry, CONFLICT);
                 self.precharge(number, now, rules);
             }
-            Command::PrechargeBank
-            | Command::PrechargeAll
-            | Command::RefreshAll
-            | Command::RefreshBank => {
+            PlannedCommand::PrechargeBank
+            | PlannedCommand::PrechargeAll
+            | PlannedCommand::RefreshAll
+            | PlannedCommand::RefreshBank => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
                 self.refresh(candidate.command, number, now, rules);
             }
@@ -60,15 +60,15 @@ impl Channel {
     #[cold]
     fn refresh<const P: bool>(
         &mut self,
-        command: Command,
+        command: PlannedCommand,
         number: usize,
         now: u64,
         rules: Known<'_, P>,
     ) {
         match command {
-            Command::PrechargeBank => self.precharge(number, now, rules),
-            Command::PrechargeAll => self.precharge_all(number, now, rules),
-            Command::RefreshAll => {
+            PlannedCommand::PrechargeBank => self.precharge(number, now, rules),
+            PlannedCommand::PrechargeAll => self.precharge_all(number, now, rules),
+            PlannedCommand::RefreshAll => {
                 self.refresh_all(number, now, rules);
                 self.counts.refreshes_all += 1;
                 self.due.remove(0);
@@ -103,7 +103,7 @@ impl Channel {
     /// Takes an entry out of its queue.
     #[inline]
     fn leave_queue(&mut self, number: usize, index: u16) {
-        let &Entry { burst, write, .. } = self.entries.get(index);
+        let &QueueEntry { burst, write, .. } = self.entries.get(index);
         let kind = usize::from(write);
         let bank = self.banks.at_mut(number);
         self.entries.unlink(index, &mut bank.lists[kind], bank.row);
@@ -123,7 +123,7 @@ impl Channel {
         rules: Known<'_, P>,
     ) -> (u32, u64) {
         self.count_first(index, HIT);
-        let &Entry { slot, write, class, .. } = self.entries.get(index);
+        let &QueueEntry { slot, write, class, .. } = self.entries.get(index);
         let kind = usize::from(write);
         let bank = self.banks.at_mut(number);
         let (pseudo, own) = (rules.shared(bank.pseudo), rules.shared(bank.group));
@@ -372,12 +372,14 @@ impl Channel {
         let precharge = banks().map(|b| b.row_ok[PRECHARGE]).max().unwrap_or(0);
         let precharge = precharge.max(pseudo.precharge_ok);
         let (time, command) = match (due, open) {
-            (Due::PseudoChannel(_), true) => (precharge, Command::PrechargeAll),
-            (Due::PseudoChannel(_), false) => (closed.max(pseudo.refresh_ok), Command::RefreshAll),
-            (Due::Bank(_), true) => (precharge, Command::PrechargeBank),
+            (Due::PseudoChannel(_), true) => (precharge, PlannedCommand::PrechargeAll),
+            (Due::PseudoChannel(_), false) => {
+                (closed.max(pseudo.refresh_ok), PlannedCommand::RefreshAll)
+            }
+            (Due::Bank(_), true) => (precharge, PlannedCommand::PrechargeBank),
             (Due::Bank(_), false) => {
                 let group = self.groups.at(bank.group).activate_ok;
-                (closed.max(group + after), Command::RefreshBank)
+                (closed.max(group + after), PlannedCommand::RefreshBank)
             }
         };
         // After the columns of activated rows; no request is considered while a refresh is due.

@@ -1,7 +1,7 @@
 //! The log of the commands of a run, for checks of the timing constraints.
 
-use super::channel::Channel;
-use super::plan::{Candidate, Command};
+use super::channel::BankedChannel;
+use super::plan::{Candidate, PlannedCommand};
 
 /// A kind of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,7 @@ pub struct Logged {
     pub row: u32,
 }
 
-impl Channel {
+impl BankedChannel {
     /// Notes a command that has no row.
     pub(super) fn note(&mut self, time: u64, bank: usize, kind: CommandKind) {
         if let Some(log) = &mut self.log {
@@ -63,13 +63,13 @@ impl Channel {
     fn keep(&mut self, time: u64, candidate: &Candidate) {
         let entry = self.entries.find_entry(candidate.entry);
         let kind = match candidate.command {
-            Command::Column if entry.is_some_and(|e| e.write) => CommandKind::Write,
-            Command::Column => CommandKind::Read,
-            Command::Activate => CommandKind::Activate,
-            Command::Precharge | Command::PrechargeBank => CommandKind::Precharge,
-            Command::PrechargeAll => CommandKind::PrechargeAll,
-            Command::RefreshAll => CommandKind::RefreshAll,
-            Command::RefreshBank => CommandKind::RefreshBank,
+            PlannedCommand::Column if entry.is_some_and(|e| e.write) => CommandKind::Write,
+            PlannedCommand::Column => CommandKind::Read,
+            PlannedCommand::Activate => CommandKind::Activate,
+            PlannedCommand::Precharge | PlannedCommand::PrechargeBank => CommandKind::Precharge,
+            PlannedCommand::PrechargeAll => CommandKind::PrechargeAll,
+            PlannedCommand::RefreshAll => CommandKind::RefreshAll,
+            PlannedCommand::RefreshBank => CommandKind::RefreshBank,
         };
         let (bank, row) = (u32::from(candidate.bank), entry.map_or(0, |e| e.row));
         self.log.iter_mut().for_each(|log| log.push(Logged { time, kind, bank, row }));

@@ -5,14 +5,14 @@
 //! the latter move only when a command of the class is issued. So each class keeps its first
 //! command, and looks at its banks again only when that was issued or another may overtake it.
 
-use super::channel::{ACTIVATE, Channel, PRECHARGE};
+use super::channel::{ACTIVATE, BankedChannel, PRECHARGE};
 use super::class::{Class, NO_KEY, goes_first};
 use super::queue::NONE;
 use super::rules::{Known, READ, WRITE};
 
 /// A kind of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Command {
+pub(super) enum PlannedCommand {
     /// Open the row of an entry.
     Activate,
     /// Close a bank for an entry.
@@ -36,7 +36,7 @@ pub(super) struct Candidate {
     pub time: u64,
     /// Of two commands at one time, the one with the smaller key goes.
     pub key: u64,
-    pub command: Command,
+    pub command: PlannedCommand,
     /// Its bank, or the first bank of its pseudo channel; [`NO_BANK`] if there is no command.
     pub bank: u8,
     /// The entry that it is for.
@@ -51,7 +51,7 @@ impl Candidate {
     pub(super) const NEVER: Candidate = Candidate {
         time: u64::MAX,
         key: NO_KEY,
-        command: Command::RefreshAll,
+        command: PlannedCommand::RefreshAll,
         bank: NO_BANK,
         entry: NONE,
     };
@@ -70,7 +70,7 @@ pub(super) const BY_AGE: u64 = 1 << 63;
 /// Where the class of columns is kept; those of row commands are at their numbers.
 pub(super) const COLUMN: usize = 2;
 
-impl Channel {
+impl BankedChannel {
     /// Decides between reads and writes by the fill of their queues and the wait of writes.
     #[inline]
     pub(super) fn set_direction<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
@@ -308,24 +308,24 @@ impl Channel {
             self.look_for_precharges(mode, floors[1], rules);
         }
         let (activate, precharge) = (&self.classes[ACTIVATE], &self.classes[PRECHARGE]);
-        let (mut row, mut command) = (precharge, Command::Precharge);
+        let (mut row, mut command) = (precharge, PlannedCommand::Precharge);
         let (mut time, late) = (precharge.time.max(floors[1]), activate.time.max(floors[1]));
         // The other half of the last activate comes first.
         if !(rules.has_extras() && self.second.is_some())
             && goes_first((late, activate.key), (time, precharge.key))
         {
-            (row, command, time) = (activate, Command::Activate, late);
+            (row, command, time) = (activate, PlannedCommand::Activate, late);
         }
         let column = &self.classes[COLUMN];
         let column_time = column.time.max(floors[0]);
         if rules.column_bus() {
             self.best = [
-                self.candidate(column_time, column, Command::Column, mode),
+                self.candidate(column_time, column, PlannedCommand::Column, mode),
                 self.candidate(time, row, command, mode),
             ];
         } else {
             if goes_first((column_time, column.key), (time, row.key)) {
-                (row, command, time) = (column, Command::Column, column_time);
+                (row, command, time) = (column, PlannedCommand::Column, column_time);
             }
             self.best[0] = self.candidate(time, row, command, mode);
         }
@@ -346,7 +346,13 @@ impl Channel {
     }
 
     #[inline]
-    fn candidate(&self, time: u64, class: &Class, command: Command, mode: usize) -> Candidate {
+    fn candidate(
+        &self,
+        time: u64,
+        class: &Class,
+        command: PlannedCommand,
+        mode: usize,
+    ) -> Candidate {
         if class.key == NO_KEY {
             return Candidate::NEVER;
         }
@@ -356,11 +362,11 @@ impl Channel {
 
     /// The entry that a command of a bank is for.
     #[inline]
-    fn entry_of(&self, number: usize, key: u64, command: Command, mode: usize) -> u16 {
+    fn entry_of(&self, number: usize, key: u64, command: PlannedCommand, mode: usize) -> u16 {
         let bank = self.banks.at(number);
         match command {
-            Command::Column if key < REFRESH => bank.active,
-            Command::Column => bank.lists[mode].hit,
+            PlannedCommand::Column if key < REFRESH => bank.active,
+            PlannedCommand::Column => bank.lists[mode].hit,
             _ => bank.lists[mode].miss,
         }
     }
@@ -409,7 +415,7 @@ impl Channel {
             bits(self.columns[direction]).map(move |number| {
                 let time = self.column_time(number, direction, rules).max(floor);
                 let bank = self.banks.at(number);
-                let (key, command) = (bank.column_key[direction], Command::Column);
+                let (key, command) = (bank.column_key[direction], PlannedCommand::Column);
                 Candidate { time, key, command, bank: number as u8, entry: bank.active }
             })
         })
@@ -433,14 +439,14 @@ impl Channel {
         let mode = self.direction();
         let bank = self.banks.at(number);
         let (row, row_time) = match self.open >> number & 1 != 0 {
-            true => (Command::Precharge, self.precharge_time(number, rules)),
-            false => (Command::Activate, self.activate_time(number, rules)),
+            true => (PlannedCommand::Precharge, self.precharge_time(number, rules)),
+            false => (PlannedCommand::Activate, self.activate_time(number, rules)),
         };
         let row_bus = usize::from(rules.column_bus());
         let column_time = self.column_time(number, mode, rules);
-        let halved = row == Command::Activate && self.second.is_some();
+        let halved = row == PlannedCommand::Activate && self.second.is_some();
         let row_key = if halved { NO_KEY } else { bank.row_key[mode] };
-        let of = |bus: usize, time: u64, key: u64, command: Command| {
+        let of = |bus: usize, time: u64, key: u64, command: PlannedCommand| {
             if key == NO_KEY {
                 return Candidate::NEVER;
             }
@@ -448,7 +454,7 @@ impl Channel {
             let entry = self.entry_of(number, key, command, mode);
             Candidate { time, key, command, bank: number as u8, entry }
         };
-        let column = of(0, column_time, bank.column_key[mode], Command::Column);
+        let column = of(0, column_time, bank.column_key[mode], PlannedCommand::Column);
         [column, of(row_bus, row_time, row_key, row)]
     }
 
@@ -469,7 +475,7 @@ impl Channel {
     pub(super) fn consider_row<const P: bool>(
         &mut self,
         time: u64,
-        command: Command,
+        command: PlannedCommand,
         bank: u8,
         now: u64,
         rules: Known<'_, P>,

@@ -11,7 +11,7 @@ pub(super) const CLOSED: u32 = u32::MAX;
 
 /// A burst that waits for its read or write command.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Entry {
+pub(super) struct QueueEntry {
     /// Number of the burst in the device: its address over the bytes of a burst.
     pub burst: u64,
     /// Order of acceptance in the channel, as the key of a command for it.
@@ -31,7 +31,7 @@ pub(super) struct Entry {
 
 /// Entries of one bank and direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct List {
+pub(super) struct QueueList {
     pub head: u16,
     tail: u16,
     /// The oldest entry for the open row.
@@ -40,14 +40,14 @@ pub(super) struct List {
     pub miss: u16,
 }
 
-impl List {
-    pub(super) const EMPTY: List = List { head: NONE, tail: NONE, hit: NONE, miss: NONE };
+impl QueueList {
+    pub(super) const EMPTY: QueueList = QueueList { head: NONE, tail: NONE, hit: NONE, miss: NONE };
 }
 
 /// All entries of a channel.
 #[derive(Debug, Clone)]
 pub(super) struct Entries {
-    entries: Vec<Entry>,
+    entries: Vec<QueueEntry>,
     free: Vec<u16>,
     next_age: u64,
 }
@@ -56,30 +56,36 @@ impl Entries {
     /// Room for `capacity` entries.
     pub(super) fn new(capacity: usize) -> Self {
         let free = (0..capacity as u16).rev().collect();
-        Self { entries: vec![Entry::default(); capacity], free, next_age: 0 }
+        Self { entries: vec![QueueEntry::default(); capacity], free, next_age: 0 }
     }
 
     #[inline]
-    pub(super) fn get(&self, index: u16) -> &Entry {
+    pub(super) fn get(&self, index: u16) -> &QueueEntry {
         &self.entries[usize::from(index)]
     }
 
     /// The entry with an index, if that is one.
-    pub(super) fn find_entry(&self, index: u16) -> Option<&Entry> {
+    pub(super) fn find_entry(&self, index: u16) -> Option<&QueueEntry> {
         self.entries.get(usize::from(index))
     }
 
     #[inline]
-    pub(super) fn get_mut(&mut self, index: u16) -> &mut Entry {
+    pub(super) fn get_mut(&mut self, index: u16) -> &mut QueueEntry {
         &mut self.entries[usize::from(index)]
     }
 
     /// Appends a burst to a list of its bank, whose open row is `open`; returns whether it is the
     /// oldest there of those for the open row, or of the others.
     #[inline]
-    pub(super) fn push(&mut self, burst: &Burst, now: u64, list: &mut List, open: u32) -> bool {
+    pub(super) fn push(
+        &mut self,
+        burst: &Burst,
+        now: u64,
+        list: &mut QueueList,
+        open: u32,
+    ) -> bool {
         let index = self.free.pop().expect("queues and banks have an entry each");
-        self.entries[usize::from(index)] = Entry {
+        self.entries[usize::from(index)] = QueueEntry {
             burst: burst.number,
             key: BY_AGE | self.next_age,
             accepted: now,
@@ -108,8 +114,8 @@ impl Entries {
 
     /// Takes an entry out of its list; it stays valid until [`Entries::release`].
     #[inline]
-    pub(super) fn unlink(&mut self, index: u16, list: &mut List, open: u32) {
-        let Entry { next, prev, .. } = *self.get(index);
+    pub(super) fn unlink(&mut self, index: u16, list: &mut QueueList, open: u32) {
+        let QueueEntry { next, prev, .. } = *self.get(index);
         if list.hit == index {
             list.hit = self.find(next, |row| row == open);
         }
@@ -131,7 +137,7 @@ impl Entries {
 
     /// A row was opened.
     #[inline]
-    pub(super) fn row_opened(&self, list: &mut List, row: u32) {
+    pub(super) fn row_opened(&self, list: &mut QueueList, row: u32) {
         list.hit = self.find(list.head, |other| other == row);
         list.miss = self.find(list.head, |other| other != row);
     }

@@ -5,13 +5,13 @@ use crate::mapping::layout;
 use powergs_base::config::references::is_source;
 
 /// A key and what is wrong with it.
-type Found = Vec<(&'static str, String)>;
+type DeviceFound = Vec<(&'static str, String)>;
 
 /// Banks of a channel that the scheduler can hold.
 const BANKS_MAX: u32 = 64;
 
 /// Everything that is wrong with a device.
-pub(super) fn problems(device: &Device) -> Found {
+pub(super) fn problems(device: &Device) -> DeviceFound {
     let mut found = Vec::new();
     if device.clock_period.0 < 0.01 || device.clock_period.0 > 1000.0 {
         found.push(("clock-period", "`clock-period` must lie between 10 ps and 1 us".to_owned()));
@@ -26,7 +26,7 @@ pub(super) fn problems(device: &Device) -> Found {
     found
 }
 
-fn sizes(device: &Device, found: &mut Found) {
+fn sizes(device: &Device, found: &mut DeviceFound) {
     let o = &device.organisation;
     let counts = [
         ("organisation.channels", u64::from(o.channels)),
@@ -75,7 +75,7 @@ fn sizes(device: &Device, found: &mut Found) {
     }
 }
 
-fn mapping(device: &Device, found: &mut Found) {
+fn mapping(device: &Device, found: &mut DeviceFound) {
     let m = &device.mapping;
     let key = match m.order {
         Order::Fields => "mapping.fields",
@@ -89,7 +89,7 @@ fn mapping(device: &Device, found: &mut Found) {
     }
 }
 
-fn timing(device: &Device, found: &mut Found) {
+fn timing(device: &Device, found: &mut DeviceFound) {
     let t = &device.timing;
     let ordered = [
         ("timing.column-short", t.burst, t.column_short, "timing.burst"),
@@ -156,7 +156,7 @@ fn timing(device: &Device, found: &mut Found) {
     }
 }
 
-fn controller(device: &Device, found: &mut Found) {
+fn controller(device: &Device, found: &mut DeviceFound) {
     let c = &device.controller;
     if c.write_low >= c.write_high {
         let message = format!(
@@ -187,7 +187,7 @@ fn controller(device: &Device, found: &mut Found) {
     }
 }
 
-fn energy(energy: &Energy, found: &mut Found) {
+fn energy(energy: &Energy, found: &mut DeviceFound) {
     if energy.flat.is_some() == energy.actions.is_some() {
         let message = "`energy` needs exactly one of [energy.flat] and [energy.actions]";
         found.push(("energy", message.to_owned()));

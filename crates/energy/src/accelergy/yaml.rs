@@ -11,26 +11,26 @@ const NODES_MAX: usize = 1 << 18;
 
 /// A value and where it stands.
 #[derive(Debug, Clone)]
-pub(super) struct Node {
-    kind: Kind,
+pub(super) struct YamlNode {
+    kind: YamlKind,
     line: usize,
     column: usize,
 }
 
 #[derive(Debug, Clone)]
-enum Kind {
+enum YamlKind {
     /// A text; `plain` without quotes.
     Text {
         text: String,
         plain: bool,
     },
-    List(Vec<Node>),
-    Map(Vec<(String, Node)>),
+    List(Vec<YamlNode>),
+    Map(Vec<(String, YamlNode)>),
 }
 
 /// A list or mapping that has not ended, with its anchor and the key that waits for its value.
 struct Open {
-    node: Node,
+    node: YamlNode,
     anchor: usize,
     key: Option<String>,
 }
@@ -39,28 +39,28 @@ struct Open {
 ///
 /// # Errors
 /// What is wrong, after its line and column.
-pub(super) fn parse(text: &str) -> Result<Node, String> {
+pub(super) fn parse(text: &str) -> Result<YamlNode, String> {
     let mut open: Vec<Open> = Vec::new();
-    let mut anchors: HashMap<usize, (Node, usize)> = HashMap::new();
-    let mut root: Option<Node> = None;
+    let mut anchors: HashMap<usize, (YamlNode, usize)> = HashMap::new();
+    let mut root: Option<YamlNode> = None;
     let mut count = 0;
     for next in Parser::new_from_str(text) {
         let (event, span) = next.map_err(|e| {
             format!("line {} column {}: {}", e.marker().line(), e.marker().col() + 1, e.info())
         })?;
         let (line, column) = (span.start.line(), span.start.col() + 1);
-        let at = |kind| Node { kind, line, column };
+        let at = |kind| YamlNode { kind, line, column };
         let wrong = |what: &str| Err(format!("line {line} column {column}: {what}"));
         let (node, anchor) = match event {
             Event::SequenceStart(_, anchor, _) => {
-                open.push(Open { node: at(Kind::List(Vec::new())), anchor, key: None });
+                open.push(Open { node: at(YamlKind::List(Vec::new())), anchor, key: None });
                 if open.len() > DEPTH_MAX {
                     return wrong("too deep");
                 }
                 continue;
             }
             Event::MappingStart(_, anchor, _) => {
-                open.push(Open { node: at(Kind::Map(Vec::new())), anchor, key: None });
+                open.push(Open { node: at(YamlKind::Map(Vec::new())), anchor, key: None });
                 if open.len() > DEPTH_MAX {
                     return wrong("too deep");
                 }
@@ -72,7 +72,7 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
             }
             Event::Scalar(value, style, anchor, _) => {
                 let plain = matches!(style, ScalarStyle::Plain);
-                (at(Kind::Text { text: value.into_owned(), plain }), anchor)
+                (at(YamlKind::Text { text: value.into_owned(), plain }), anchor)
             }
             Event::Alias(anchor) => match anchors.get(&anchor) {
                 Some((node, nodes)) => {
@@ -98,28 +98,28 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
             continue;
         };
         match (&mut parent.node.kind, parent.key.take()) {
-            (Kind::List(items), _) => items.push(node),
-            (Kind::Map(pairs), Some(key)) => pairs.push((key, node)),
-            (Kind::Map(pairs), None) => match node.kind {
-                Kind::Text { text, .. } if pairs.iter().any(|(key, _)| *key == text) => {
+            (YamlKind::List(items), _) => items.push(node),
+            (YamlKind::Map(pairs), Some(key)) => pairs.push((key, node)),
+            (YamlKind::Map(pairs), None) => match node.kind {
+                YamlKind::Text { text, .. } if pairs.iter().any(|(key, _)| *key == text) => {
                     return wrong(&format!("duplicate mapping key: {text}"));
                 }
-                Kind::Text { text, .. } => parent.key = Some(text),
+                YamlKind::Text { text, .. } => parent.key = Some(text),
                 _ => return wrong("a key that is not text"),
             },
-            (Kind::Text { .. }, _) => {}
+            (YamlKind::Text { .. }, _) => {}
         }
     }
     root.ok_or_else(|| "unexpected end of input at line 1, column 1".into())
 }
 
-impl Node {
+impl YamlNode {
     /// Itself and what is inside.
     fn nodes(&self) -> usize {
         1 + match &self.kind {
-            Kind::Text { .. } => 0,
-            Kind::List(items) => items.iter().map(Node::nodes).sum(),
-            Kind::Map(pairs) => pairs.iter().map(|(_, node)| node.nodes()).sum::<usize>(),
+            YamlKind::Text { .. } => 0,
+            YamlKind::List(items) => items.iter().map(YamlNode::nodes).sum(),
+            YamlKind::Map(pairs) => pairs.iter().map(|(_, node)| node.nodes()).sum::<usize>(),
         }
     }
 
@@ -128,9 +128,9 @@ impl Node {
     }
 
     /// The value of a key of a mapping, or of the one that is merged into it, if it is there.
-    pub(crate) fn find(&self, key: &str) -> Result<Option<&Node>, String> {
+    pub(crate) fn find(&self, key: &str) -> Result<Option<&YamlNode>, String> {
         match &self.kind {
-            Kind::Map(pairs) => {
+            YamlKind::Map(pairs) => {
                 let of = |key: &str| pairs.iter().find(|(name, _)| name == key).map(|(_, n)| n);
                 match (of(key), of("<<")) {
                     (None, Some(merged)) if key != "<<" => merged.find(key),
@@ -142,14 +142,14 @@ impl Node {
     }
 
     /// The value of a key of a mapping.
-    pub(crate) fn get(&self, key: &str) -> Result<&Node, String> {
+    pub(crate) fn get(&self, key: &str) -> Result<&YamlNode, String> {
         self.find(key)?.ok_or_else(|| self.wrong(&format!("missing field `{key}`")))
     }
 
     /// The values of a list.
-    pub(crate) fn list(&self) -> Result<&[Node], String> {
+    pub(crate) fn list(&self) -> Result<&[YamlNode], String> {
         match &self.kind {
-            Kind::List(items) => Ok(items),
+            YamlKind::List(items) => Ok(items),
             _ => Err(self.wrong("expected sequence start")),
         }
     }
@@ -157,20 +157,20 @@ impl Node {
     /// Whether nothing is there, or `~` or `null`.
     pub(crate) fn is_null(&self) -> bool {
         let nulls = ["", "~", "null", "Null", "NULL"];
-        matches!(&self.kind, Kind::Text { text, plain: true } if nulls.contains(&text.as_str()))
+        matches!(&self.kind, YamlKind::Text { text, plain: true } if nulls.contains(&text.as_str()))
     }
 
     pub(crate) fn text(&self) -> Result<&str, String> {
         match &self.kind {
             _ if self.is_null() => Err(self.wrong("expected a text, not nothing")),
-            Kind::Text { text, .. } => Ok(text),
+            YamlKind::Text { text, .. } => Ok(text),
             _ => Err(self.wrong("expected a text")),
         }
     }
 
     /// A number without quotes or with them.
     pub(crate) fn number(&self) -> Result<f64, String> {
-        let Kind::Text { text, .. } = &self.kind else {
+        let YamlKind::Text { text, .. } = &self.kind else {
             return Err(self.wrong("expected a number"));
         };
         let (sign, size) = match text.strip_prefix('-') {
@@ -191,7 +191,7 @@ impl Node {
     /// A text, or a number written in the shortest way.
     pub(crate) fn label(&self) -> Result<String, String> {
         match &self.kind {
-            Kind::Text { plain: true, .. } => {
+            YamlKind::Text { plain: true, .. } => {
                 self.number().map(|n| n.to_string()).or_else(|_| self.text().map(str::to_owned))
             }
             _ => self.text().map(str::to_owned),

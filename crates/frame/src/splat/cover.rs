@@ -108,11 +108,11 @@ pub struct Cover {
     /// The candidates.
     pub rect: TileRect,
     grid: TileGrid,
-    shape: Shape,
+    shape: CoverShape,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Shape {
+enum CoverShape {
     Rect,
     Box(Obb),
     Ellipse(Option<Ellipse>),
@@ -129,10 +129,10 @@ impl Cover {
             rect = TileRect { x0: 0, y0: 0, x1: 0, y1: 0 };
         }
         let shape = match (test, conic) {
-            (Intersection::Aabb, _) | (_, None) => Shape::Rect,
-            _ if rect.area() <= 1 => Shape::Rect,
-            (Intersection::Obb, _) => Shape::Box(Obb::new(splat, grid.tile)),
-            (Intersection::Ellipse, Some(conic)) => Shape::Ellipse(Ellipse::new(splat, conic)),
+            (Intersection::Aabb, _) | (_, None) => CoverShape::Rect,
+            _ if rect.area() <= 1 => CoverShape::Rect,
+            (Intersection::Obb, _) => CoverShape::Box(Obb::new(splat, grid.tile)),
+            (Intersection::Ellipse, Some(conic)) => CoverShape::Ellipse(Ellipse::new(splat, conic)),
         };
         Cover { rect, grid, shape }
     }
@@ -141,8 +141,8 @@ impl Cover {
     /// itself is the test.
     pub fn tests(&self) -> u64 {
         match self.shape {
-            Shape::Rect => 0,
-            Shape::Box(_) | Shape::Ellipse(_) => self.rect.area(),
+            CoverShape::Rect => 0,
+            CoverShape::Box(_) | CoverShape::Ellipse(_) => self.rect.area(),
         }
     }
 
@@ -165,17 +165,17 @@ impl Cover {
     pub(super) fn row_by<S: Simd>(&self, simd: S, y: u32) -> Option<TileRow> {
         let TileRect { x0, x1, .. } = self.rect;
         let (x0, x1) = match &self.shape {
-            Shape::Box(obb) => obb.meets_row(y)?.interval_by(simd, x0, x1),
-            Shape::Rect | Shape::Ellipse(_) => self.interval(y, x0, x1),
+            CoverShape::Box(obb) => obb.meets_row(y)?.interval_by(simd, x0, x1),
+            CoverShape::Rect | CoverShape::Ellipse(_) => self.interval(y, x0, x1),
         };
         (x0 < x1).then_some(TileRow { y, x0, x1 })
     }
 
     fn interval(&self, y: u32, x0: u32, x1: u32) -> (u32, u32) {
         match &self.shape {
-            Shape::Rect => (x0, x1),
-            Shape::Box(obb) => obb.meets_row(y).map_or((x0, x0), |row| row.interval(x0, x1)),
-            Shape::Ellipse(ellipse) => {
+            CoverShape::Rect => (x0, x1),
+            CoverShape::Box(obb) => obb.meets_row(y).map_or((x0, x0), |row| row.interval(x0, x1)),
+            CoverShape::Ellipse(ellipse) => {
                 ellipse.and_then(|e| ellipse_tiles(&e, &self.grid, y)).map_or((x0, x0), |(a, b)| {
                     let first = a.clamp(i64::from(x0), i64::from(x1)) as u32;
                     (first, b.clamp(i64::from(first), i64::from(x1)) as u32)
@@ -217,7 +217,8 @@ impl CoverBlock {
         let [x0, y0, x1, y1] = &self.rects;
         let of = |side: &[i32; LANES]| side[lane].cast_unsigned();
         let rect = TileRect { x0: of(x0), y0: of(y0), x1: of(x1), y1: of(y1) };
-        let shape = if rect.area() <= 1 { Shape::Rect } else { Shape::Box(self.boxes.get(lane)) };
+        let shape =
+            if rect.area() <= 1 { CoverShape::Rect } else { CoverShape::Box(self.boxes.get(lane)) };
         Cover { rect, grid: self.grid, shape }
     }
 }

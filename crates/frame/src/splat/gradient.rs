@@ -145,7 +145,7 @@ pub fn unproject_block<S: Simd>(
             gathered[k][lane] = *sum;
         }
     }
-    let lanes = Lanes::load(simd, part, seen);
+    let lanes = GradientLanes::load(simd, part, seen);
     let camera = to_camera(simd, view, &lanes.world);
     let footprint = Footprint::new(simd, view, &camera, &lanes.scale, &lanes.quaternion);
     let zero = f32x16::splat(simd, 0.0);
@@ -188,18 +188,18 @@ pub fn unproject_block<S: Simd>(
 }
 
 /// The parameters of a block.
-struct Lanes<S: Simd> {
+struct GradientLanes<S: Simd> {
     world: [f32x16<S>; 3],
     scale: [f32x16<S>; 3],
     quaternion: [f32x16<S>; 4],
     logit: f32x16<S>,
 }
 
-impl<S: Simd> Lanes<S> {
+impl<S: Simd> GradientLanes<S> {
     #[inline(always)]
     fn load(simd: S, part: &Stretch<'_>, seen: &[u32]) -> Self {
         let (means, scales) = (part.means, part.log_scales);
-        Lanes {
+        GradientLanes {
             world: [
                 lanes_of(simd, seen, |i| means[*i as usize][0]),
                 lanes_of(simd, seen, |i| means[*i as usize][1]),
@@ -295,7 +295,7 @@ struct ByShape<S: Simd> {
 fn by_shape<S: Simd>(
     simd: S,
     footprint: &Footprint<S>,
-    lanes: &Lanes<S>,
+    lanes: &GradientLanes<S>,
     by_axes: &[[f32x16<S>; 3]; 2],
 ) -> ByShape<S> {
     let zero = f32x16::splat(simd, 0.0);

@@ -107,7 +107,7 @@ impl Runs {
                 rows.resize_with(grid.ny as usize, Vec::new);
                 rows.iter_mut().for_each(Vec::clear);
                 let first = (i * part) as u32;
-                let of = Part { first, splats, grid, test, levels };
+                let of = RunPart { first, splats, grid, test, levels };
                 dispatch!(simd_level, simd => add_part(simd, rows, touches, &of));
             },
         );
@@ -137,7 +137,7 @@ impl Runs {
 }
 
 /// Splats of consecutive ranks, and how they are tested.
-struct Part<'a> {
+struct RunPart<'a> {
     /// The first rank.
     first: u32,
     splats: &'a [Splat],
@@ -148,7 +148,7 @@ struct Part<'a> {
 
 /// Adds the runs of the splats of `part` to their rows of tiles, and writes their counts.
 #[simd]
-fn add_part<S: Simd>(simd: S, rows: &mut [Vec<Run>], touches: &mut [Touch], part: &Part<'_>) {
+fn add_part<S: Simd>(simd: S, rows: &mut [Vec<Run>], touches: &mut [Touch], part: &RunPart<'_>) {
     let firsts = (part.first..).step_by(LANES);
     let blocks = part.splats.chunks(LANES).zip(touches.chunks_mut(LANES));
     for (first, (splats, touches)) in firsts.zip(blocks) {
@@ -173,7 +173,7 @@ fn add_runs<S: Simd>(
     rows: &mut [Vec<Run>],
     rank: u32,
     cover: &Cover,
-    part: &Part<'_>,
+    part: &RunPart<'_>,
 ) -> Touch {
     let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
     let mut needed = Needed::new(part.levels, rank, cover, &mut touch);

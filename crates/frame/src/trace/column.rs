@@ -115,7 +115,7 @@ impl Id {
 
 /// The numbers from which column lengths follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Counts {
+pub(super) struct ColumnCounts {
     /// Visible splats.
     pub splats: u64,
     /// Pixels.
@@ -126,7 +126,7 @@ pub(super) struct Counts {
 
 impl Column {
     /// Bytes before compression, where they follow from the counts.
-    pub(super) fn raw_bytes(&self, counts: Counts) -> Option<u64> {
+    pub(super) fn raw_bytes(&self, counts: ColumnCounts) -> Option<u64> {
         match self.per {
             Per::SplatWord => Some(4 * counts.splats),
             Per::SplatByte => Some(counts.splats),

@@ -104,7 +104,7 @@ pub(super) fn assemble(
     head: &FrameHead,
     contents: Vec<Option<Content>>,
 ) -> Result<Frame, &'static str> {
-    let mut contents = Contents(contents);
+    let mut contents = TraceContents(contents);
     let splats = contents.splats();
     let pixels = PixelColumns {
         stop_rank: contents.words(Id::StopRank),
@@ -134,9 +134,9 @@ pub(super) fn assemble(
 }
 
 /// Decoded columns by [`Id`]; taken once each.
-struct Contents(Vec<Option<Content>>);
+struct TraceContents(Vec<Option<Content>>);
 
-impl Contents {
+impl TraceContents {
     fn words(&mut self, id: Id) -> Vec<u32> {
         match self.0[id as usize].take() {
             Some(Content::Words(words)) => words,

@@ -65,7 +65,7 @@ impl FrameInfo {
 }
 
 /// A column block within a frame.
-struct Block<'a> {
+struct EncodedBlock<'a> {
     at: u64,
     header: BlockHeader,
     stored: &'a [u8],
@@ -134,7 +134,7 @@ impl EncodedFrame {
     /// # Errors
     /// [`TraceError::Damaged`], [`TraceError::UnknownBlock`] and [`TraceError::Frame`].
     pub fn decode(&self) -> Result<Frame, TraceError> {
-        let mut found: Vec<Option<Block<'_>>> = IDS.iter().map(|_| None).collect();
+        let mut found: Vec<Option<EncodedBlock<'_>>> = IDS.iter().map(|_| None).collect();
         let mut blocks = 0;
         for block in self.blocks() {
             let block = block?;
@@ -183,7 +183,7 @@ impl EncodedFrame {
         TraceError::Frame { frame: self.head.number, fault }
     }
 
-    fn blocks(&self) -> impl Iterator<Item = Result<Block<'_>, TraceError>> {
+    fn blocks(&self) -> impl Iterator<Item = Result<EncodedBlock<'_>, TraceError>> {
         let mut rest = self.columns.as_slice();
         let end = self.offset + self.columns.len() as u64;
         std::iter::from_fn(move || {
@@ -200,7 +200,11 @@ impl EncodedFrame {
         })
     }
 
-    fn column(&self, id: Id, block: Option<&Block<'_>>) -> Result<Option<Content>, TraceError> {
+    fn column(
+        &self,
+        id: Id,
+        block: Option<&EncodedBlock<'_>>,
+    ) -> Result<Option<Content>, TraceError> {
         let column = id.column();
         let due = match column.presence {
             Presence::Always => Some(true),
@@ -232,12 +236,12 @@ pub(super) fn column_info(header: &BlockHeader) -> ColumnInfo {
     }
 }
 
-fn next_block(at: u64, bytes: &[u8]) -> Result<(Block<'_>, &[u8]), String> {
+fn next_block(at: u64, bytes: &[u8]) -> Result<(EncodedBlock<'_>, &[u8]), String> {
     let (header, rest) = bytes.split_first_chunk().ok_or("the frame ends within a block header")?;
     let header = BlockHeader::parse(header)?;
     let split = usize::try_from(header.stored).ok().and_then(|n| rest.split_at_checked(n));
     let Some((stored, after)) = split else {
         return Err(format!("block `{}` is longer than its frame", show_tag(header.tag)));
     };
-    Ok((Block { at, header, stored }, after))
+    Ok((EncodedBlock { at, header, stored }, after))
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::column::Counts;
+use super::column::ColumnCounts;
 use super::error::FrameFault;
 use super::{Frame, FrameFacts, POINTS_MAX};
 use crate::scene::{Camera, Eye, ShDegree, Split};
@@ -79,9 +79,9 @@ impl FrameHead {
         }
     }
 
-    pub(super) fn counts(&self) -> Counts {
+    pub(super) fn counts(&self) -> ColumnCounts {
         let camera = &self.facts.camera;
-        Counts {
+        ColumnCounts {
             splats: u64::from(self.splats),
             pixels: u64::from(camera.width) * u64::from(camera.height),
             points: self.facts.points,

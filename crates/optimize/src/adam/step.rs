@@ -79,13 +79,13 @@ pub(super) fn step(
     let work: Vec<_> = parts(scene).zip(moments).collect();
     let bad = work.into_par_iter().enumerate().find_map_first(|(i, (values, moments))| {
         let ((first, second), counts) = moments;
-        Part { values, first, second, counts }.step(i * PART, read, slopes, &steps)
+        AdamPart { values, first, second, counts }.step(i * PART, read, slopes, &steps)
     });
     bad.map_or(Ok(()), Err)
 }
 
 /// Values of consecutive Gaussians.
-struct Values<'a> {
+struct AdamValues<'a> {
     means: &'a mut [[f32; 3]],
     log_scales: &'a mut [[f32; 3]],
     rotations: &'a mut [[f32; 4]],
@@ -96,17 +96,17 @@ struct Values<'a> {
 }
 
 /// All Gaussians, [`PART`] at a time.
-fn parts(of: &mut Gaussians) -> impl Iterator<Item = Values<'_>> {
+fn parts(of: &mut Gaussians) -> impl Iterator<Item = AdamValues<'_>> {
     let (n, sh_degree, antialiased) = (3 * of.sh_coefficients(), of.sh_degree, of.antialiased);
     let shapes = of.means.chunks_mut(PART).zip(of.log_scales.chunks_mut(PART));
     let shapes = shapes.zip(of.rotations.chunks_mut(PART));
     let others = of.logit_opacities.chunks_mut(PART).zip(of.sh.chunks_mut(PART * n));
     shapes.zip(others).map(move |(((means, log_scales), rotations), (logit_opacities, sh))| {
-        Values { means, log_scales, rotations, logit_opacities, sh, sh_degree, antialiased }
+        AdamValues { means, log_scales, rotations, logit_opacities, sh, sh_degree, antialiased }
     })
 }
 
-impl Values<'_> {
+impl AdamValues<'_> {
     fn stretch(&self) -> Stretch<'_> {
         Stretch {
             means: self.means,
@@ -145,14 +145,14 @@ impl Values<'_> {
 }
 
 /// Consecutive Gaussians with their moments.
-struct Part<'a> {
-    values: Values<'a>,
-    first: Values<'a>,
-    second: Values<'a>,
+struct AdamPart<'a> {
+    values: AdamValues<'a>,
+    first: AdamValues<'a>,
+    second: AdamValues<'a>,
     counts: &'a mut [u32],
 }
 
-impl Part<'_> {
+impl AdamPart<'_> {
     /// The step of those that are seen; `at` is the index of the first. Stops before a block of
     /// them that has a bad gradient.
     fn step(

@@ -5,7 +5,7 @@ use powergs_scene::{Foveated, Gaussians};
 
 use super::{CampaignError, Run};
 use crate::conclusion::Conclusion;
-use crate::foveated::{Foveal, FovealError, Levels, Method, Viewer, cheapest, lines};
+use crate::foveated::{FovealError, Levels, MeasuredFoveated, Method, Viewer, cheapest, lines};
 use crate::history::HistoryRow;
 use crate::job::Place;
 use crate::outcome::{Outcome, at};
@@ -51,7 +51,7 @@ impl Finished {
 #[derive(Debug)]
 pub struct FoveatedModels {
     /// All methods of all variants, measured.
-    pub measured: Vec<Foveal>,
+    pub measured: Vec<MeasuredFoveated>,
     /// Speed of the dense model on the machine, frames a second.
     pub dense_fps: f64,
     /// The method that takes the fewest watts for the first variant, ours or a comparison whose

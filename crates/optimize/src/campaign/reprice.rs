@@ -26,7 +26,7 @@ const NAMED: usize = 5;
 
 /// What a run says of itself.
 #[derive(Debug, Serialize, Deserialize)]
-struct Mark {
+struct RepriceMark {
     format: String,
     tool_version: String,
     model_version: u32,
@@ -39,7 +39,7 @@ struct Mark {
 impl Campaign {
     /// What stands in the store of a run beside its checkpoints.
     pub(super) fn mark(&self, store: &dyn Store) -> Result<(), RunError> {
-        let mark = Mark {
+        let mark = RepriceMark {
             format: FORMAT.into(),
             tool_version: TOOL_VERSION.into(),
             model_version: MODEL_VERSION,
@@ -201,7 +201,7 @@ impl Campaign {
             let what = format!("{MARK} is no record of a run; is it damaged?");
             wrong(what)
         };
-        let mark: Mark = serde_json::from_str(&text).map_err(|_| damaged())?;
+        let mark: RepriceMark = serde_json::from_str(&text).map_err(|_| damaged())?;
         if mark.format != FORMAT {
             return Err(damaged());
         }

@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::{Line, Plan};
+use super::{Plan, PlanLine};
 use crate::job::{Job, Place};
 use crate::lambda::Control;
 use crate::outcome::Outcome;
@@ -101,7 +101,7 @@ impl<'a> Search<'a> {
     }
 
     /// The search of a level of the periphery; `None` until the level before has its model.
-    pub fn upper(&self, line: Line, level: u8) -> Option<Search<'a>> {
+    pub fn upper(&self, line: PlanLine, level: u8) -> Option<Search<'a>> {
         let before = Place { level: level - 1, ..self.place };
         let start = self.plan.model_at(self.done, line, before)?;
         // Without it there is no target.

@@ -5,7 +5,7 @@ use super::{
     ScreenRecord, SeenRecord, VERSION, VariantRecord,
 };
 use crate::campaign::{Campaign, FoveatedModels};
-use crate::foveated::{Foveal, cheapest, missing_regions};
+use crate::foveated::{MeasuredFoveated, cheapest, missing_regions};
 use crate::history::HistoryRow;
 use crate::job::Place;
 use crate::outcome::Outcome;
@@ -30,7 +30,7 @@ impl Results {
         foveated: Option<&FoveatedModels>,
         (mean_change, lost): (Option<ChangeRecord>, Vec<LostRecord>),
     ) -> Results {
-        let run = &Made { plan: &campaign.plan, done, history };
+        let run = &ResultMade { plan: &campaign.plan, done, history };
         let dense = done.iter().find(|o| o.role == Role::Dense);
         let ratio = dense.map(|o| o.watts.display_w / o.watts.render_w);
         let screen = campaign.foveation.as_ref().map(|f| f.screen);
@@ -101,7 +101,7 @@ impl LostRecord {
 }
 
 /// What was to be done, and what became of it.
-struct Made<'a> {
+struct ResultMade<'a> {
     plan: &'a Plan,
     done: &'a [Outcome],
     history: &'a [HistoryRow],
@@ -111,11 +111,11 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn name_of(run: &Made<'_>, variant: u8) -> String {
+fn name_of(run: &ResultMade<'_>, variant: u8) -> String {
     run.plan.variants.get(usize::from(variant)).map_or(String::new(), |v| v.name.clone())
 }
 
-fn variants(run: &Made<'_>, measured: &[Foveal]) -> Vec<VariantRecord> {
+fn variants(run: &ResultMade<'_>, measured: &[MeasuredFoveated]) -> Vec<VariantRecord> {
     let record = |(i, v): (usize, &Variant)| {
         let target = run.plan.target(run.done, i as u8).and_then(|t| t.likeness_target());
         VariantRecord {
@@ -139,7 +139,7 @@ fn seen(seen: &Seen) -> SeenRecord {
     }
 }
 
-fn model(run: &Made<'_>, position: usize, o: &Outcome) -> ModelRecord {
+fn model(run: &ResultMade<'_>, position: usize, o: &Outcome) -> ModelRecord {
     let target = match o.role {
         Role::Dense | Role::HeldOut => run.plan.target(run.done, 0),
         role => run.plan.target_at(run.done, role.baseline(), o.place),
@@ -179,7 +179,7 @@ fn model(run: &Made<'_>, position: usize, o: &Outcome) -> ModelRecord {
 
 /// Mean distance from the target over the checks of the last tenth of the iterations of the job at
 /// a position, where λ followed the quality.
-fn steered_db(run: &Made<'_>, position: usize, o: &Outcome, target: &Target) -> Option<f64> {
+fn steered_db(run: &ResultMade<'_>, position: usize, o: &Outcome, target: &Target) -> Option<f64> {
     if o.lambda.is_none() || matches!(o.role, Role::Sweep(_)) {
         return None;
     }
@@ -192,14 +192,14 @@ fn steered_db(run: &Made<'_>, position: usize, o: &Outcome, target: &Target) -> 
 }
 
 /// One for every place that has samples.
-fn fits(run: &Made<'_>) -> Vec<FitRecord> {
+fn fits(run: &ResultMade<'_>) -> Vec<FitRecord> {
     let variants = 0..run.plan.variants.len() as u8;
     let places = variants.flat_map(|variant| (0..4).map(move |level| Place { variant, level }));
     let has_samples = |p: &Place| run.done.iter().any(|o| o.role == Role::Sample && o.place == *p);
     places.filter(has_samples).map(|place| fit(run, place)).collect()
 }
 
-fn fit(run: &Made<'_>, place: Place) -> FitRecord {
+fn fit(run: &ResultMade<'_>, place: Place) -> FitRecord {
     let conclusion = run.plan.conclusion(run.done, place);
     let best = match place.level {
         0 => run.plan.model_at(run.done, None, place).map(|o| o.name.clone()),
@@ -227,7 +227,7 @@ fn fit(run: &Made<'_>, place: Place) -> FitRecord {
     }
 }
 
-fn foveal(run: &Made<'_>, f: &Foveal) -> FovealRecord {
+fn foveal(run: &ResultMade<'_>, f: &MeasuredFoveated) -> FovealRecord {
     FovealRecord {
         method: f.levels.method,
         variant: name_of(run, f.levels.variant),

@@ -11,7 +11,7 @@ use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
 use powergs_optimize::checkpoint::Checkpoints;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::job::{Job, Place};
-use powergs_optimize::lambda::Rule;
+use powergs_optimize::lambda::LambdaRule;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::references::ReferenceImages;
@@ -132,7 +132,7 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 #[test]
 fn results_say_where_lambda_steered_a_model() {
     let asked = request();
-    let dimming = Dimming::Term(Rule::Damped);
+    let dimming = Dimming::Term(LambdaRule::Damped);
     let asked = Request { settings: Settings { dimming, ..asked.settings }, ..asked };
     let finished = open(asked).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
     let target = Target::Likeness(Quality::likeness(20.0, 0.0));

@@ -1,6 +1,6 @@
 //! Gains of the colour channels: they spend what a model has above its target, and are taken back.
 
-use powergs_optimize::lambda::{Control, Rule};
+use powergs_optimize::lambda::{Control, LambdaRule};
 use powergs_optimize::references::Reference;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
@@ -136,7 +136,7 @@ fn gains_buy_more_than_a_display_term_does_in_as_many_few_iterations() {
     let quality = Quality::likeness(before.quality.psnr_db - 3.0, 0.0);
     let target = Target::Likeness(quality);
     let control = Control {
-        rule: Rule::Damped,
+        rule: LambdaRule::Damped,
         start: 0.05 / before.display_w,
         is_estimated: true,
         interval: 3,

@@ -1,12 +1,12 @@
 //! The controller on plants that are known in closed form.
 
-use powergs_optimize::lambda::{Control, Controller, FLOOR, Rule, Verdict};
+use powergs_optimize::lambda::{Control, FLOOR, LambdaController, LambdaRule, LambdaVerdict};
 use powergs_optimize::target::{Quality, Target};
 use serde_json::Value;
 
 const TARGET: Target = Target::Likeness(Quality::likeness(35.0, 0.0));
 
-fn control(rule: Rule, start: f64, adjust: u32) -> Control {
+fn control(rule: LambdaRule, start: f64, adjust: u32) -> Control {
     Control { rule, start, is_estimated: false, interval: 10, adjust, epsilon_db: 0.05 }
 }
 
@@ -22,9 +22,9 @@ fn solution() -> f64 {
 
 /// Runs a plant that follows its resting value with a delay, and returns the controller and the
 /// worst quality over the last tenth.
-fn run(rule: Rule, start: f64, iterations: u32, delay: f64) -> (Controller, f64) {
+fn run(rule: LambdaRule, start: f64, iterations: u32, delay: f64) -> (LambdaController, f64) {
     let adjust = iterations * 3 / 4;
-    let mut controller = Controller::new(control(rule, start, adjust));
+    let mut controller = LambdaController::new(control(rule, start, adjust));
     let (mut quality, mut worst) = (45.0, f64::INFINITY);
     for iteration in 0..iterations {
         quality += (at_rest(controller.lambda()) - quality) / delay;
@@ -42,7 +42,7 @@ fn run(rule: Rule, start: f64, iterations: u32, delay: f64) -> (Controller, f64)
 
 #[test]
 fn both_rules_find_the_target_of_a_prompt_plant() {
-    for rule in [Rule::Published, Rule::Damped] {
+    for rule in [LambdaRule::Published, LambdaRule::Damped] {
         for start in [1e-4, 1e-2, 10.0] {
             let (controller, worst) = run(rule, start, 2000, 1.0);
             let off = controller.lambda() / solution();
@@ -56,7 +56,7 @@ fn both_rules_find_the_target_of_a_prompt_plant() {
 #[test]
 fn the_damped_rule_rests_on_the_target_of_a_slow_plant() {
     for (iterations, delay) in [(200, 25.0), (400, 40.0), (1000, 60.0)] {
-        let (controller, worst) = run(Rule::Damped, 0.01, iterations, delay);
+        let (controller, worst) = run(LambdaRule::Damped, 0.01, iterations, delay);
         let rest = at_rest(controller.lambda());
         // 95 % of the 10 dB, though λ begins 20 times too low and has 15 checks in the first case.
         assert!((35.0..35.5).contains(&rest), "{iterations}, {delay}: λ rests at {rest} dB");
@@ -67,7 +67,7 @@ fn the_damped_rule_rests_on_the_target_of_a_slow_plant() {
 #[test]
 fn the_damped_rule_overshoots_less_than_the_published_one() {
     let lowest = |rule| {
-        let mut controller = Controller::new(control(rule, 0.01, 300));
+        let mut controller = LambdaController::new(control(rule, 0.01, 300));
         let (mut quality, mut lowest) = (45.0f64, f64::INFINITY);
         for iteration in 0..300 {
             quality += (at_rest(controller.lambda()) - quality) / 40.0;
@@ -78,14 +78,14 @@ fn the_damped_rule_overshoots_less_than_the_published_one() {
         }
         lowest
     };
-    let (damped, published) = (lowest(Rule::Damped), lowest(Rule::Published));
+    let (damped, published) = (lowest(LambdaRule::Damped), lowest(LambdaRule::Published));
     assert!(damped > 34.5 && published < damped - 1.5, "{damped} and {published} dB");
 }
 
 #[test]
 fn a_failed_fine_tune_is_no_trap() {
-    for rule in [Rule::Published, Rule::Damped] {
-        let mut failed = Controller::new(control(rule, 1e-3, 900));
+    for rule in [LambdaRule::Published, LambdaRule::Damped] {
+        let mut failed = LambdaController::new(control(rule, 1e-3, 900));
         for iteration in (0..1000).step_by(10) {
             failed.observe(iteration, Quality::likeness(10.0, 1.0), &TARGET);
             assert!(failed.lambda() >= FLOOR, "{rule:?}: λ {}", failed.lambda());
@@ -109,8 +109,9 @@ fn the_slack_is_used_whether_it_is_a_third_of_a_decibel_or_ten() {
         for (iterations, delay) in [(400, 30.0), (1000, 30.0), (1000, 60.0)] {
             for (start, is_estimated) in [(0.02, true), (0.2, true), (0.02, false), (1.0, false)] {
                 let adjust = iterations * 9 / 10;
-                let settings = Control { is_estimated, ..control(Rule::Damped, start, adjust) };
-                let mut controller = Controller::new(settings);
+                let settings =
+                    Control { is_estimated, ..control(LambdaRule::Damped, start, adjust) };
+                let mut controller = LambdaController::new(settings);
                 let mut margin = slack;
                 for iteration in 0..iterations {
                     margin += (margin_at_rest(slack, 0.2, controller.lambda()) - margin) / delay;
@@ -131,8 +132,8 @@ fn the_slack_is_used_whether_it_is_a_third_of_a_decibel_or_ten() {
 fn the_slack_in_hvsq_is_used_as_well() {
     for slack in [0.3, 1.0, 10.0] {
         let most: f64 = 1e-5;
-        let settings = Control { is_estimated: true, ..control(Rule::Damped, 0.02, 450) };
-        let mut controller = Controller::new(settings);
+        let settings = Control { is_estimated: true, ..control(LambdaRule::Damped, 0.02, 450) };
+        let mut controller = LambdaController::new(settings);
         let mut margin = slack;
         for iteration in 0..500 {
             margin += (margin_at_rest(slack, 0.05, controller.lambda()) - margin) / 30.0;
@@ -149,11 +150,11 @@ fn the_slack_in_hvsq_is_used_as_well() {
 
 /// The verdicts on these qualities, one check after the other.
 fn verdicts(psnr_db: &[f64]) -> Vec<bool> {
-    let settings = Control { epsilon_db: 0.1, ..control(Rule::Damped, 1e-2, 1000) };
-    let mut controller = Controller::new(settings);
+    let settings = Control { epsilon_db: 0.1, ..control(LambdaRule::Damped, 1e-2, 1000) };
+    let mut controller = LambdaController::new(settings);
     let mut hear = |(i, psnr_db): (usize, &f64)| {
         let quality = Quality::likeness(*psnr_db, 1.0);
-        controller.observe(10 * i as u32, quality, &TARGET) == Verdict::Settled
+        controller.observe(10 * i as u32, quality, &TARGET) == LambdaVerdict::Settled
     };
     psnr_db.iter().enumerate().map(&mut hear).collect()
 }
@@ -190,9 +191,9 @@ fn published_traces_are_reproduced() {
     for case in vectors["lambda_schedule"].as_array().unwrap() {
         let number = |key: &str| case[key].as_f64().unwrap();
         let adjust = number("adjust_iters") as u32;
-        let mut controller = Controller::new(Control {
+        let mut controller = LambdaController::new(Control {
             interval: number("interval") as u32,
-            ..control(Rule::Published, number("lambda0"), adjust)
+            ..control(LambdaRule::Published, number("lambda0"), adjust)
         });
         for check in case["checks"].as_array().unwrap() {
             let iteration = check["counter"].as_u64().unwrap() as u32;

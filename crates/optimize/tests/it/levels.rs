@@ -7,8 +7,8 @@ use powergs_frame::display::d22::Filter;
 use powergs_frame::fovea::{POOLINGS, Screen};
 use powergs_optimize::foveated::{FilterCost, LevelState, Levels, Method, Viewer, lines};
 use powergs_optimize::job::{Job, Place};
-use powergs_optimize::lambda::{Control, Rule};
-use powergs_optimize::oracle::{CycleOracle, Watts};
+use powergs_optimize::lambda::{Control, LambdaRule};
+use powergs_optimize::oracle::{CycleOracle, OracleWatts};
 use powergs_optimize::outcome::{Outcome, at};
 use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::prune::Score;
@@ -65,10 +65,10 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
         test: seen,
         flip_test: 0.0,
         lpips_test: None,
-        watts: Watts {
+        watts: OracleWatts {
             render_w: base / 1000.0 - 0.5 * job.rho,
             display_w: 0.5 + 0.1 * job.rho,
-            ..Watts::default()
+            ..OracleWatts::default()
         },
     }
 }
@@ -231,7 +231,7 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
     assert!(displays().count() > 0 && displays().all(spends));
     // The λ of level 1 belongs to another loss.
     let settings =
-        Settings { dimming: Dimming::Term(Rule::Damped), ..tiny(10, 24, (16, 12)).settings };
+        Settings { dimming: Dimming::Term(LambdaRule::Damped), ..tiny(10, 24, (16, 12)).settings };
     let (jobs, _) = play_with(&settings, &campaign, |job| job.place.level != 1);
     let config = jobs.iter().find(|j| j.name == "level3-sample-01").unwrap().config.unwrap();
     let DisplayTerm::Controlled { control, .. } = config.display else { panic!("no display term") };
@@ -256,7 +256,7 @@ fn levels_that_no_view_shows_are_not_made() {
 }
 
 const CONTROL: Control = Control {
-    rule: Rule::Damped,
+    rule: LambdaRule::Damped,
     start: 0.01,
     is_estimated: false,
     interval: 2,
@@ -403,7 +403,7 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
     assert!(filtered.filter_w <= most && filtered.filter_w > 0.3 * most);
     assert!(!Filter::changes(8.4) && Filter::changes(8.6));
     // The fovea is not filtered: the same there, worse beyond.
-    let at = |f: &powergs_optimize::foveated::Foveal, k: usize| f.hvsq[k].unwrap();
+    let at = |f: &powergs_optimize::foveated::MeasuredFoveated, k: usize| f.hvsq[k].unwrap();
     assert!(at(&filtered, 3) > at(&plain, 3));
     assert!((plain.tiles.iter().sum::<f64>() - 6.0 * 5.0).abs() < 1e-9);
     assert!(plain.region_j.iter().zip(plain.tiles).all(|(j, n)| (*j > 0.0) == (n > 0.0)));

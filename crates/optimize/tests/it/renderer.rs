@@ -7,7 +7,7 @@ use powergs_base::picture::Picture;
 use powergs_core::run::MemoryStore;
 use powergs_optimize::adam::BadGradient;
 use powergs_optimize::prune::Score;
-use powergs_optimize::renderer::{LossOf, Processor, Renderer, Step, Stepper};
+use powergs_optimize::renderer::{LossOf, Processor, Renderer, RendererStep, Stepper};
 use powergs_optimize::request::Request;
 use powergs_optimize::tune::Model;
 use powergs_scene::{Camera, Gaussians};
@@ -46,7 +46,7 @@ impl Stepper for CountingStepper<'_> {
     fn step(
         &mut self,
         model: &mut Model,
-        step: &Step<'_>,
+        step: &RendererStep<'_>,
         loss: &mut LossOf<'_>,
     ) -> Result<(), BadGradient> {
         self.1[0].fetch_add(1, Ordering::Relaxed);

@@ -3,7 +3,7 @@
 use powergs_core::run::MemoryStore;
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::checkpoint::Checkpoints;
-use powergs_optimize::lambda::Rule;
+use powergs_optimize::lambda::LambdaRule;
 use powergs_optimize::request::{Goal, Goals, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
@@ -22,7 +22,7 @@ fn beaten(baselines: &[Baseline]) -> Request {
         ..request.goals
     };
     // Gains would find less than these comparisons without training.
-    let dimming = Dimming::Term(Rule::Damped);
+    let dimming = Dimming::Term(LambdaRule::Damped);
     let settings = Settings { final_iterations: 20, dimming, ..request.settings };
     Request { goals, settings, ..request }
 }

@@ -2,7 +2,7 @@
 
 use powergs_optimize::conclusion::conclude;
 use powergs_optimize::job::{Job, Place};
-use powergs_optimize::oracle::Watts;
+use powergs_optimize::oracle::OracleWatts;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::ratio_study::{RATIOS, ratios};
@@ -40,7 +40,7 @@ fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) 
         test: seen,
         flip_test: 0.0,
         lpips_test: None,
-        watts: Watts { render_w, display_w, ..Watts::default() },
+        watts: OracleWatts { render_w, display_w, ..OracleWatts::default() },
     }
 }
 
@@ -101,10 +101,10 @@ fn the_result_is_never_worse_than_an_end_of_the_search() {
     // Whatever the curve is like: the display end, the rendering end, or something between.
     for (display, render) in [(0.1, 0.9), (0.9, 0.1), (0.5, 0.5)] {
         let mut done = samples();
-        done[1].watts = Watts { display_w: display, render_w: 0.4, ..Watts::default() };
+        done[1].watts = OracleWatts { display_w: display, render_w: 0.4, ..OracleWatts::default() };
         let last = done.last_mut().unwrap();
         (last.lambda, last.watts) =
-            (None, Watts { display_w: 0.4, render_w: render, ..Watts::default() });
+            (None, OracleWatts { display_w: 0.4, render_w: render, ..OracleWatts::default() });
         let best = conclude(&done, Some(TARGET), None).best.unwrap();
         let watts = |name: &str| done.iter().find(|o| o.name == name).unwrap().watts.total_w();
         assert!(watts(&best) <= watts("sample-0") && watts(&best) <= watts("sample-4"));

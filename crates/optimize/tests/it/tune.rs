@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use powergs_base::picture::Picture;
-use powergs_optimize::lambda::{Control, Rule};
+use powergs_optimize::lambda::{Control, LambdaRule};
 use powergs_optimize::prune::Score;
 use powergs_optimize::references::{Reference, References};
 use powergs_optimize::settings::Settings;
@@ -32,7 +32,7 @@ fn config(points: usize) -> TuneConfig {
         display: DisplayTerm::Controlled {
             from: 2,
             control: Control {
-                rule: Rule::Damped,
+                rule: LambdaRule::Damped,
                 start: 0.05,
                 is_estimated: true,
                 interval: 3,
@@ -196,7 +196,7 @@ fn a_model_that_other_views_find_too_bad_is_trained_on() {
     tiny.split.validation = (0..9).collect();
     tiny.split.train = (9..all).collect();
     let Settings { interval, epsilon_db, .. } = tiny.settings;
-    let (rule, is_estimated) = (Rule::Damped, true);
+    let (rule, is_estimated) = (LambdaRule::Damped, true);
     let control = Control { rule, start: 0.05, is_estimated, interval, adjust: 54, epsilon_db };
     let display = DisplayTerm::Controlled { from: 0, control };
     let (iterations, keep, pruning) = (60, Keep::Dimmest, Pruning::Never);

@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 /// Contrast sensitivity of a channel as two Gaussians `(a, b)`: `a √(π/b) e^(−π² d²/b)`, d in
 /// degrees.
-pub type Sensitivity = [(f64, f64); 2];
+pub type FilterSensitivity = [(f64, f64); 2];
 
 /// Of lightness.
-pub(crate) const ACHROMATIC: Sensitivity = [(1.0, 0.0047), (0.0, 1e-5)];
+pub(crate) const ACHROMATIC: FilterSensitivity = [(1.0, 0.0047), (0.0, 1e-5)];
 /// Between red and green.
-pub(crate) const RED_GREEN: Sensitivity = [(1.0, 0.0053), (0.0, 1e-5)];
+pub(crate) const RED_GREEN: FilterSensitivity = [(1.0, 0.0053), (0.0, 1e-5)];
 /// Between blue and yellow.
-pub(crate) const BLUE_YELLOW: Sensitivity = [(34.1, 0.04), (13.5, 0.025)];
+pub(crate) const BLUE_YELLOW: FilterSensitivity = [(34.1, 0.04), (13.5, 0.025)];
 
 /// Width of the feature detectors, degrees.
 const FEATURE: f64 = 0.082;
@@ -63,7 +63,7 @@ fn balanced(weights: &[f64]) -> Kernel {
 pub(crate) fn sensitivity(
     plane: &[f32],
     size: (usize, usize),
-    gaussians: Sensitivity,
+    gaussians: FilterSensitivity,
     pixels_per_degree: f64,
 ) -> Vec<f32> {
     // All channels have the radius of the widest Gaussian.

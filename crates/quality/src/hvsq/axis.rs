@@ -40,7 +40,7 @@ impl Taps {
 
     /// Coarse columns interpolated to all full places of rows; what lies beyond is zero.
     #[inline(always)]
-    fn widen<S: Simd>(&self, simd: S, coarse: &[Column], full: Rows<&mut [f32]>) {
+    fn widen<S: Simd>(&self, simd: S, coarse: &[AxisColumn], full: Rows<&mut [f32]>) {
         let last = self.start.len() - 2;
         let places = self.first.chunks(LANES).zip(self.weight.chunks(LANES));
         for (at, (first, weight)) in (0..full.len).step_by(LANES).zip(places) {
@@ -57,7 +57,7 @@ impl Taps {
 
     /// The adjoint of [`Taps::widen`], times `scale`.
     #[inline(always)]
-    fn narrow<S: Simd>(&self, simd: S, full: &[Column], scale: f32, coarse: &mut [Column]) {
+    fn narrow<S: Simd>(&self, simd: S, full: &[AxisColumn], scale: f32, coarse: &mut [AxisColumn]) {
         let zero = f32x16::splat(simd, 0.0);
         // What the places after the lower neighbour before give.
         let mut before = zero;
@@ -102,7 +102,13 @@ impl Axis {
 
     /// Sums over cells, times `scale`, a number for each lane.
     #[inline(always)]
-    fn sums<S: Simd>(&self, simd: S, full: &[Column], scale: &Column, coarse: &mut [Column]) {
+    fn sums<S: Simd>(
+        &self,
+        simd: S,
+        full: &[AxisColumn],
+        scale: &AxisColumn,
+        coarse: &mut [AxisColumn],
+    ) {
         let scale = f32x16::from_slice(simd, scale);
         for (out, &(first, end)) in coarse.iter_mut().zip(&self.cells) {
             let mut sum = f32x16::splat(simd, 0.0);
@@ -115,7 +121,13 @@ impl Axis {
 
     /// The adjoint of [`Axis::sums`].
     #[inline(always)]
-    fn spread<S: Simd>(&self, simd: S, coarse: &[Column], scale: &Column, full: &mut [Column]) {
+    fn spread<S: Simd>(
+        &self,
+        simd: S,
+        coarse: &[AxisColumn],
+        scale: &AxisColumn,
+        full: &mut [AxisColumn],
+    ) {
         let scale = f32x16::from_slice(simd, scale);
         full.fill([0.0; LANES]);
         for (column, &(first, end)) in coarse.iter().zip(&self.cells) {
@@ -128,17 +140,17 @@ impl Axis {
 }
 
 /// A place of sixteen rows.
-type Column = [f32; LANES];
+type AxisColumn = [f32; LANES];
 
 /// Sixteen rows at a time along their axis: they are turned into columns, so that a vector holds
 /// the same place of all of them, and back.
 #[derive(Debug, Default)]
-pub(crate) struct Columns {
-    full: Vec<Column>,
-    coarse: Vec<Column>,
+pub(crate) struct AxisColumns {
+    full: Vec<AxisColumn>,
+    coarse: Vec<AxisColumn>,
 }
 
-impl Columns {
+impl AxisColumns {
     fn sized(&mut self, axis: &Axis, full: usize) {
         self.full.resize(full, [0.0; LANES]);
         self.sized_coarse(axis);
@@ -164,7 +176,7 @@ impl Columns {
         turn_back(simd, &self.coarse, coarse);
     }
 
-    /// The adjoint of [`Columns::sums`].
+    /// The adjoint of [`AxisColumns::sums`].
     #[simd]
     pub(crate) fn spread<S: Simd>(
         &mut self,
@@ -194,7 +206,7 @@ impl Columns {
         axis.taps.widen(simd, &self.coarse, full);
     }
 
-    /// The adjoint of [`Columns::widen`], times `scale`.
+    /// The adjoint of [`AxisColumns::widen`], times `scale`.
     #[simd]
     pub(crate) fn narrow<S: Simd>(
         &mut self,
@@ -221,7 +233,7 @@ pub(crate) struct Rows<T> {
 }
 
 #[inline(always)]
-fn turn<S: Simd>(simd: S, rows: Rows<&[f32]>, columns: &mut [Column]) {
+fn turn<S: Simd>(simd: S, rows: Rows<&[f32]>, columns: &mut [AxisColumn]) {
     let zero = f32x16::splat(simd, 0.0);
     for (at, columns) in (0..rows.len).step_by(LANES).zip(columns.chunks_exact_mut(LANES)) {
         let mut block = [zero; LANES];
@@ -243,7 +255,7 @@ fn turn<S: Simd>(simd: S, rows: Rows<&[f32]>, columns: &mut [Column]) {
 }
 
 #[inline(always)]
-fn turn_back<S: Simd>(simd: S, columns: &[Column], rows: Rows<&mut [f32]>) {
+fn turn_back<S: Simd>(simd: S, columns: &[AxisColumn], rows: Rows<&mut [f32]>) {
     for (at, columns) in (0..rows.len).step_by(LANES).zip(columns.chunks_exact(LANES)) {
         let mut block = [f32x16::splat(simd, 0.0); LANES];
         for (vector, column) in block.iter_mut().zip(columns) {

@@ -10,7 +10,7 @@ use super::{BANDS, LEVELS};
 
 /// Derivatives by the decomposition of one channel.
 #[derive(Debug)]
-struct Channel {
+struct GradientChannel {
     image: Plane,
     high: Plane,
     low: [Plane; LEVELS + 1],
@@ -19,23 +19,23 @@ struct Channel {
 
 /// Derivatives by all maps.
 #[derive(Debug)]
-pub struct Gradients {
-    channels: [Channel; 3],
+pub struct HvsqGradients {
+    channels: [GradientChannel; 3],
     /// Per level: derivatives by a plane with its reflected margin.
     padded: [Plane; LEVELS],
 }
 
-impl Gradients {
+impl HvsqGradients {
     /// Zeros, for the maps of `pyramid`.
-    pub(crate) fn new(pyramid: &Pyramid) -> Gradients {
+    pub(crate) fn new(pyramid: &Pyramid) -> HvsqGradients {
         let full = pyramid.full;
-        let channel = |_| Channel {
+        let channel = |_| GradientChannel {
             image: Plane::new(full, 0),
             high: Plane::new(full, 4),
             low: std::array::from_fn(|k| Plane::new(halved(full, k), 4)),
             bands: std::array::from_fn(|k| std::array::from_fn(|_| Plane::new(halved(full, k), 4))),
         };
-        Gradients {
+        HvsqGradients {
             channels: std::array::from_fn(channel),
             padded: std::array::from_fn(|k| Plane::new(halved(full, k), 2)),
         }

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x16, i32x16};
 use fearless_simd_macros::simd;
 
-use super::axis::{Axis, Columns, Rows};
+use super::axis::{Axis, AxisColumns, Rows};
 use super::plane::{LANES, Plane, lanes};
 use super::reference::MapReference;
 use super::{LEVELS, STATISTICS};
@@ -19,7 +19,7 @@ const FLOOR: f32 = 1e-7;
 
 /// Sums of squared differences over a map.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Sums {
+pub(crate) struct PoolSums {
     /// Of means.
     pub mean: f64,
     /// Of deviations.
@@ -28,14 +28,14 @@ pub(crate) struct Sums {
 
 /// Two coarse grids: of a map and of its square, or derivatives by them.
 #[derive(Debug, Clone, Default)]
-pub struct Grid {
+pub struct PoolGrid {
     /// Cells of a row.
     columns: usize,
     mean: Vec<f32>,
     square: Vec<f32>,
 }
 
-impl Grid {
+impl PoolGrid {
     /// Bytes that it takes.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<f32>() * (self.mean.capacity() + self.square.capacity())
@@ -63,28 +63,28 @@ impl Grid {
 }
 
 /// Full rows: of means and squares, or derivatives by them.
-type Pair = [Vec<f32>; 2];
+type PoolPair = [Vec<f32>; 2];
 
 /// Full rows in flight: one carried over from the rows before, sixteen, and one after the last.
 const IN_FLIGHT: usize = LANES + 2;
 
 /// Rows in flight.
 #[derive(Debug, Default)]
-pub struct Scratch {
-    grid: Grid,
-    slopes: Grid,
-    columns: Columns,
+pub struct PoolScratch {
+    grid: PoolGrid,
+    slopes: PoolGrid,
+    columns: AxisColumns,
     /// Values of a full row.
     len: usize,
-    sums: Pair,
+    sums: PoolPair,
     /// Interpolated rows of the map and of the reference.
-    own: Pair,
-    expected: Pair,
+    own: PoolPair,
+    expected: PoolPair,
     /// Derivatives by the rows.
-    back: Pair,
+    back: PoolPair,
 }
 
-impl Scratch {
+impl PoolScratch {
     fn sized(&mut self, len: usize) {
         self.len = len;
         let pairs = [&mut self.own, &mut self.expected, &mut self.back, &mut self.sums];
@@ -94,21 +94,21 @@ impl Scratch {
     }
 
     /// Row `j` of both lists of a grid, interpolated to all columns.
-    pub(crate) fn widen(&mut self, x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
+    pub(crate) fn widen(&mut self, x: &Axis, grid: &PoolGrid, j: usize, out: &mut PoolPair) {
         let out = &mut out.each_mut().map(|row| &mut row[..]);
         dispatch!(Level::new(), simd => widen(simd, x, grid, j..j + 1, out, &mut self.columns));
     }
 }
 
 /// Pools a map and its square.
-pub(crate) fn pooled(map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) -> Grid {
+pub(crate) fn pooled(map: &Plane, axes: &[Axis; 2], scratch: &mut PoolScratch) -> PoolGrid {
     scratch.sized(lanes(map.width));
     dispatch!(Level::new(), simd => pool(simd, map, axes, scratch));
     std::mem::take(&mut scratch.grid)
 }
 
-fn pool<S: Simd>(simd: S, map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) {
-    let Scratch { grid, columns, len, sums, .. } = scratch;
+fn pool<S: Simd>(simd: S, map: &Plane, axes: &[Axis; 2], scratch: &mut PoolScratch) {
+    let PoolScratch { grid, columns, len, sums, .. } = scratch;
     let len = *len;
     grid.sized(axes);
     let [x, y] = axes;
@@ -154,8 +154,8 @@ pub(crate) fn compare(
     axes: &[[[Axis; 2]; LEVELS]],
     weights: Option<&[f64]>,
     mut gradient: Option<&mut Plane>,
-    scratch: &mut Scratch,
-) -> Vec<Sums> {
+    scratch: &mut PoolScratch,
+) -> Vec<PoolSums> {
     scratch.sized(lanes(map.width));
     if let Some(gradient) = gradient.as_deref_mut() {
         gradient.body_mut().fill(0.0);
@@ -167,7 +167,9 @@ pub(crate) fn compare(
         let axes = &axes[level];
         let gradient = gradient.as_deref_mut();
         let sums = match reference.pooled(p) {
-            None => Sums { mean: unpooled(map, reference.map(), scale, gradient), deviation: 0.0 },
+            None => {
+                PoolSums { mean: unpooled(map, reference.map(), scale, gradient), deviation: 0.0 }
+            }
             Some(expected) => dispatch!(Level::new(), simd =>
                 pooling(simd, map, expected, axes, scale, gradient, scratch)),
         };
@@ -208,19 +210,20 @@ fn compare_row<S: Simd>(simd: S, [a, b]: [&[f32]; 2], scale: f32, out: &mut [f32
 fn pooling<S: Simd>(
     simd: S,
     map: &Plane,
-    expected: &Grid,
+    expected: &PoolGrid,
     axes: &[Axis; 2],
     scale: f32,
     gradient: Option<&mut Plane>,
-    scratch: &mut Scratch,
-) -> Sums {
+    scratch: &mut PoolScratch,
+) -> PoolSums {
     pool(simd, map, axes, scratch);
-    let Scratch { grid, slopes, columns, len, own, expected: wanted, back, sums: spare } = scratch;
+    let PoolScratch { grid, slopes, columns, len, own, expected: wanted, back, sums: spare } =
+        scratch;
     let len = *len;
     slopes.sized(axes);
     let [x, y] = axes;
     let count = y.cells.len();
-    let mut sums = Sums::default();
+    let mut sums = PoolSums::default();
     for first in (0..count).step_by(LANES) {
         // Row 0 is the one before `first`.
         let some = LANES.min(count - first);
@@ -276,10 +279,10 @@ fn pooling<S: Simd>(
 fn widen<S: Simd>(
     simd: S,
     x: &Axis,
-    grid: &Grid,
+    grid: &PoolGrid,
     range: Range<usize>,
     out: &mut [&mut [f32]; 2],
-    columns: &mut Columns,
+    columns: &mut AxisColumns,
 ) {
     let len = lanes(x.taps.first.len());
     let n = range.len() * len;
@@ -295,8 +298,8 @@ fn narrow<S: Simd>(
     back: [Rows<&[f32]>; 2],
     scale: f32,
     first: usize,
-    slopes: &mut Grid,
-    columns: &mut Columns,
+    slopes: &mut PoolGrid,
+    columns: &mut AxisColumns,
 ) {
     let len = back[0].len;
     for at in (0..back[0].values.len() / len).step_by(LANES) {
@@ -314,9 +317,9 @@ fn spread<S: Simd>(
     simd: S,
     map: &Plane,
     [x, y]: &[Axis; 2],
-    slopes: &Grid,
-    full: &mut Pair,
-    columns: &mut Columns,
+    slopes: &PoolGrid,
+    full: &mut PoolPair,
+    columns: &mut AxisColumns,
     gradient: &mut Plane,
 ) {
     let len = lanes(map.width);
@@ -374,7 +377,7 @@ fn between<S: Simd>(
     expected: [&[f32]; 2],
     weights: &[f32],
     back: [&mut [f32]; 2],
-) -> Sums {
+) -> PoolSums {
     let floor = f32x16::splat(simd, FLOOR);
     let zero = f32x16::splat(simd, 0.0);
     let (mut mean_sum, mut deviation_sum) = (zero, zero);
@@ -424,5 +427,5 @@ fn between<S: Simd>(
         }
     }
     let total = |lanes: [f32; LANES]| lanes.iter().map(|&v| f64::from(v)).sum::<f64>();
-    Sums { mean: total(mean_sum.into()), deviation: total(deviation_sum.into()) }
+    PoolSums { mean: total(mean_sum.into()), deviation: total(deviation_sum.into()) }
 }

@@ -11,7 +11,7 @@ use super::{BANDS, LEVELS, MAPS};
 
 /// The decomposition of one channel.
 #[derive(Debug)]
-struct Channel {
+struct PyramidChannel {
     image: Plane,
     high: Plane,
     /// The plane that the bands of a level are filtered from; the last has none.
@@ -28,7 +28,7 @@ pub(crate) struct Pyramid {
     pub full: [usize; 2],
     /// How columns and rows are brought up.
     pub resize: [Taps; 2],
-    channels: [Channel; 3],
+    channels: [PyramidChannel; 3],
 }
 
 /// Sides after `level` halvings.
@@ -39,7 +39,7 @@ pub(crate) fn halved(full: [usize; 2], level: usize) -> [usize; 2] {
 impl Pyramid {
     /// Room for the pyramid of a picture.
     pub(crate) fn new(size: [usize; 2], full: [usize; 2]) -> Pyramid {
-        let channel = |_| Channel {
+        let channel = |_| PyramidChannel {
             image: Plane::new(full, 2),
             high: Plane::new(full, 0),
             low: std::array::from_fn(|k| {
@@ -134,7 +134,7 @@ pub(crate) fn opponent_adjoint([y, cr, cb]: [f32; 3]) -> [f32; 3] {
     [0.299 * y + 0.713 * cr, 0.587 * y, 0.114 * y + 0.564 * cb]
 }
 
-impl Channel {
+impl PyramidChannel {
     fn split(&mut self, level: Level) {
         let image = &self.image;
         let n = lanes(image.width);

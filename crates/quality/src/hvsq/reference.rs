@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::axis::Axis;
 use super::plane::Plane;
-use super::pool::{Grid, Scratch, pooled};
+use super::pool::{PoolGrid, PoolScratch, pooled};
 use super::pyramid::Pyramid;
 use super::{LEVELS, MAPS};
 
@@ -22,12 +22,12 @@ pub(crate) struct MapReference {
     /// The map, where some pooling changes nothing.
     map: Option<Plane>,
     /// Per pooling; `None` where it changes nothing.
-    grids: Vec<Option<Grid>>,
+    grids: Vec<Option<PoolGrid>>,
 }
 
 impl MapReference {
     /// The statistics at a pooling, `None` where it changes nothing.
-    pub(crate) fn pooled(&self, pooling: usize) -> Option<&Grid> {
+    pub(crate) fn pooled(&self, pooling: usize) -> Option<&PoolGrid> {
         self.grids[pooling].as_ref()
     }
 
@@ -41,7 +41,7 @@ impl Reference {
     pub(super) fn of(pyramid: &Pyramid, axes: &[[[Axis; 2]; LEVELS]]) -> Reference {
         let maps = (0..3 * MAPS)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, i| {
+            .map_init(PoolScratch::default, |scratch, i| {
                 let (level, map) = pyramid.map(i);
                 let grids: Vec<_> = axes
                     .iter()
@@ -64,7 +64,7 @@ impl Reference {
         let plane = |p: &Plane| size_of::<f32>() * p.values.capacity();
         let of_map = |m: &MapReference| {
             m.map.as_ref().map_or(0, plane)
-                + m.grids.iter().flatten().map(Grid::bytes).sum::<usize>()
+                + m.grids.iter().flatten().map(PoolGrid::bytes).sum::<usize>()
         };
         self.maps.iter().map(of_map).sum::<usize>() + self.lowest.iter().map(plane).sum::<usize>()
     }

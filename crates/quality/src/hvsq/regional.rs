@@ -9,13 +9,13 @@ use rayon::prelude::*;
 
 use super::axis::Axis;
 use super::plane::{Plane, lanes};
-use super::pool::{Grid, Scratch, pooled};
+use super::pool::{PoolGrid, PoolScratch, pooled};
 use super::reference::MapReference;
 use super::{Hvsq, LEVELS, MAPS, Reference, STATISTICS};
 use powergs_base::picture::Picture;
 
 /// Sums over the samples of a region: differences of means, of deviations.
-type Sums = [f64; 2];
+type RegionalSums = [f64; 2];
 
 impl Hvsq {
     /// The measure of every region: `regions` has the position of a pooling for every pixel.
@@ -53,9 +53,9 @@ impl Hvsq {
         if counts[0] == 0 {
             return None;
         }
-        let sums: Vec<Sums> = (0..3 * MAPS)
+        let sums: Vec<RegionalSums> = (0..3 * MAPS)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, i| {
+            .map_init(PoolScratch::default, |scratch, i| {
                 let (level, map) = self.pyramid.map(i);
                 let inside = |x: usize, y: usize| usize::from(masks[level][y * map.width + x]) == p;
                 let axes = &self.axes[p][level];
@@ -99,18 +99,22 @@ fn squares(own: &Plane, expected: &Plane, inside: impl Fn(usize, usize) -> bool)
     sum
 }
 
-fn unpooled(map: &Plane, expected: &MapReference, inside: impl Fn(usize, usize) -> bool) -> Sums {
+fn unpooled(
+    map: &Plane,
+    expected: &MapReference,
+    inside: impl Fn(usize, usize) -> bool,
+) -> RegionalSums {
     [squares(map, expected.map(), inside), 0.0]
 }
 
 /// Sums of squared differences of means and deviations inside.
 fn differences(
     map: &Plane,
-    expected: &Grid,
+    expected: &PoolGrid,
     axes: &[Axis; 2],
-    scratch: &mut Scratch,
+    scratch: &mut PoolScratch,
     inside: impl Fn(usize, usize) -> bool,
-) -> Sums {
+) -> RegionalSums {
     let own = pooled(map, axes, scratch);
     let [x_axis, y_axis] = axes;
     let rows = || [vec![0.0f32; lanes(map.width)], vec![0.0f32; lanes(map.width)]];

@@ -19,7 +19,7 @@ const C2: f32 = 9e-4;
 
 /// What all bands share.
 #[derive(Debug)]
-pub struct Job<'a> {
+pub struct BandJob<'a> {
     width: usize,
     height: usize,
     picture: &'a [f32],
@@ -37,7 +37,7 @@ pub struct Job<'a> {
     pub ssim_slope: f32,
 }
 
-impl<'a> Job<'a> {
+impl<'a> BandJob<'a> {
     /// A job without gradient and watts.
     pub(crate) fn new(
         width: usize,
@@ -46,7 +46,7 @@ impl<'a> Job<'a> {
         reference: &'a [f32],
         clamped: bool,
     ) -> Self {
-        Job {
+        BandJob {
             width,
             height,
             picture,
@@ -103,7 +103,7 @@ impl Sums {
 
 /// Rows in flight of one band.
 #[derive(Debug)]
-pub struct Work {
+pub struct BandWork {
     /// s, d, s², d² of one row, padded.
     source: [Vec<f32>; 4],
     /// The same after the window along the row.
@@ -116,11 +116,11 @@ pub struct Work {
     gradient: Vec<f32>,
 }
 
-impl Work {
+impl BandWork {
     /// Work space for pictures of `width` pixels.
-    pub(crate) fn new(width: usize) -> Work {
+    pub(crate) fn new(width: usize) -> BandWork {
         let n = 3 * width;
-        Work {
+        BandWork {
             source: std::array::from_fn(|_| padded(n)),
             means: Ring::new(n),
             slopes: std::array::from_fn(|_| padded(n)),
@@ -134,9 +134,9 @@ impl Work {
 /// as the window needs. `gradient` has the rows of `sums`.
 pub(crate) fn run<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &BandJob,
     first: usize,
-    work: &mut Work,
+    work: &mut BandWork,
     sums: &mut [Sums],
     mut gradient: Option<&mut [f32]>,
 ) {
@@ -181,7 +181,13 @@ fn load<S: Simd>(simd: S, row: &[f32], i: usize) -> f32x16<S> {
 
 /// Reads row `y`, windows it along the row into the ring, and adds its differences to `sums`.
 #[simd]
-fn read_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, sums: Option<&mut Sums>) {
+fn read_row<S: Simd>(
+    simd: S,
+    job: &BandJob,
+    y: usize,
+    work: &mut BandWork,
+    sums: Option<&mut Sums>,
+) {
     let n = job.n();
     let (x_row, y_row) = (&job.picture[y * n..(y + 1) * n], &job.reference[y * n..(y + 1) * n]);
     let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
@@ -222,7 +228,13 @@ pub(super) fn total<S: Simd>(lanes: f32x16<S>) -> f64 {
 
 /// The sum of SSIM over row `y`; its derivatives go into the second ring.
 #[simd]
-fn compare_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, slopes: bool) -> f64 {
+fn compare_row<S: Simd>(
+    simd: S,
+    job: &BandJob,
+    y: usize,
+    work: &mut BandWork,
+    slopes: bool,
+) -> f64 {
     let n = job.n();
     let rows: [_; 4] = std::array::from_fn(|map| work.means.around(map, y, job.height));
     // 1 − SSIM is summed: it is small where pictures are alike, and keeps its digits.
@@ -310,7 +322,13 @@ pub(super) fn pattern(values: &[f32; 3]) -> [[f32; LANES]; 3] {
 
 /// The gradient of row `y` into `out`; returns the watts of the row.
 #[simd]
-fn gradient_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, out: &mut [f32]) -> f64 {
+fn gradient_row<S: Simd>(
+    simd: S,
+    job: &BandJob,
+    y: usize,
+    work: &mut BandWork,
+    out: &mut [f32],
+) -> f64 {
     let n = job.n();
     let (x_row, y_row) = (&job.picture[y * n..(y + 1) * n], &job.reference[y * n..(y + 1) * n]);
     let rows: [_; 3] = std::array::from_fn(|map| work.spread.around(map, y, job.height));

@@ -117,7 +117,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Lpips, LpipsError> {
     let container = |e: safetensors::SafeTensorError| LpipsError::Container { why: e.to_string() };
     let file = SafeTensors::deserialize(bytes).map_err(container)?;
     let network = network(&file)?;
-    let reader = Reader { file: &file, network };
+    let reader = WeightReader { file: &file, network };
     let mut slices = Vec::new();
     let mut heads = Vec::new();
     for (i, slice) in network.slices.iter().enumerate() {
@@ -158,12 +158,12 @@ fn network(file: &SafeTensors<'_>) -> Result<&'static Network, LpipsError> {
     Err(LpipsError::Network { found })
 }
 
-struct Reader<'a> {
+struct WeightReader<'a> {
     file: &'a SafeTensors<'a>,
     network: &'static Network,
 }
 
-impl Reader<'_> {
+impl WeightReader<'_> {
     /// The name of a head: that of the package, or a shorter one if the file has it.
     fn head(&self, i: usize) -> String {
         let usual = format!("lin{i}.model.1.weight");

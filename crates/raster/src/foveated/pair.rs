@@ -6,18 +6,18 @@
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use super::super::blend::{BATCH, Block, Paint, Record, Tint, blend_batch};
+use super::super::blend::{BATCH, BlendBlock, BlendRecord, Paint, Tint, blend_batch};
 use super::paints::OfLevel;
 
 /// Where two levels are blended: the blocks, and the paints of the first level.
-pub(super) struct Pair<'a> {
+pub(super) struct FoveatedPair<'a> {
     /// Blocks of the first and the second level.
-    pub blocks: [&'a mut Block; 2],
+    pub blocks: [&'a mut BlendBlock; 2],
     /// Paints of the first level.
     pub paints: OfLevel<'a>,
 }
 
-impl Pair<'_> {
+impl FoveatedPair<'_> {
     #[inline(always)]
     fn is_open(&self) -> bool {
         self.blocks[0].alive | self.blocks[1].alive != 0
@@ -26,10 +26,10 @@ impl Pair<'_> {
 
 /// Blends the splats of a list of ranks into both blocks. Stops are positions in it for either.
 #[simd]
-pub(super) fn blend_pair<S: Simd, R: Record>(
+pub(super) fn blend_pair<S: Simd, R: BlendRecord>(
     simd: S,
     record: R,
-    pair: &mut Pair<'_>,
+    pair: &mut FoveatedPair<'_>,
     ranks: &[u32],
 ) {
     let mut near = [Paint::default(); BATCH];

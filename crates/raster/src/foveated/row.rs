@@ -2,18 +2,18 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::super::blend::{BLOCK, Block, Record, blend};
-use super::super::row::{Fetched, Keep, Lists, TileCount};
+use super::super::blend::{BLOCK, BlendBlock, BlendRecord, blend};
+use super::super::row::{Fetched, RowKeep, RowLists, TileCount};
 use super::FoveatedTile;
 use super::paints::LevelPaints;
-use super::pair::{Pair, blend_pair};
+use super::pair::{FoveatedPair, blend_pair};
 use powergs_frame::fovea::{TileLevel, TileLevels};
 use powergs_frame::splat::levels::LevelFilter;
 use powergs_frame::splat::runs::{Run, Runs};
 use powergs_frame::trace::NEVER;
 
 /// Where one row of tiles is written. Columns that are not recorded are empty.
-pub(super) struct Target<'a> {
+pub(super) struct FoveatedRowTarget<'a> {
     pub pixels: &'a mut [[f32; 3]],
     pub stop_rank: &'a mut [u32],
     pub blended: &'a mut [u32],
@@ -41,7 +41,7 @@ struct ByLevel<'a> {
     highest: &'a [u8],
 }
 
-impl Keep for ByLevel<'_> {
+impl RowKeep for ByLevel<'_> {
     const ALL: bool = false;
 
     #[inline]
@@ -57,7 +57,7 @@ impl Keep for ByLevel<'_> {
 
 impl Shared<'_> {
     /// What the tiles of row `ty` keep.
-    pub fn keep(&self, ty: u32) -> impl Keep {
+    pub fn keep(&self, ty: u32) -> impl RowKeep {
         let grid = &self.runs.grid;
         let row = grid.index(0, ty)..grid.index(0, ty) + grid.nx as usize;
         ByLevel { first: &self.filter.first[row], highest: &self.paints.highest }
@@ -65,12 +65,12 @@ impl Shared<'_> {
 }
 
 /// Renders row `ty` into `out`.
-pub(super) fn render_row<R: Record>(
+pub(super) fn render_row<R: BlendRecord>(
     shared: &Shared<'_>,
     ty: u32,
     record: R,
     work: &mut Work,
-    out: &mut Target<'_>,
+    out: &mut FoveatedRowTarget<'_>,
 ) {
     let grid = &shared.runs.grid;
     work.lists.build(shared.runs, ty, &shared.keep(ty));
@@ -78,7 +78,7 @@ pub(super) fn render_row<R: Record>(
         let entries = work.lists.of(tx);
         let level = shared.levels.tiles[grid.index(tx, ty)];
         let accepted = entries.len() as u32;
-        let tile = Tile { shared, tx, ty, level, entries, accepted };
+        let tile = LevelTile { shared, tx, ty, level, entries, accepted };
         let tile_counts = tile.render(record, &mut work.blocks, out);
         out.tiles[tx as usize] = tile_counts;
         if R::COUNT {
@@ -90,19 +90,19 @@ pub(super) fn render_row<R: Record>(
 /// Memory that is used again for each row.
 #[derive(Default)]
 pub(super) struct Work {
-    lists: Lists,
+    lists: RowLists,
     blocks: Blocks,
 }
 
 /// Memory that is used again for each tile.
 #[derive(Default)]
 struct Blocks {
-    first: Block,
-    second: Block,
-    shares: Shares,
+    first: BlendBlock,
+    second: BlendBlock,
+    shares: RowShares,
 }
 
-struct Tile<'a> {
+struct LevelTile<'a> {
     shared: &'a Shared<'a>,
     tx: u32,
     ty: u32,
@@ -113,14 +113,14 @@ struct Tile<'a> {
 }
 
 /// Shares of the second level of the pixels of a block.
-type Shares = [[f32; BLOCK]; BLOCK];
+type RowShares = [[f32; BLOCK]; BLOCK];
 
-impl Tile<'_> {
-    fn render<R: Record>(
+impl LevelTile<'_> {
+    fn render<R: BlendRecord>(
         &self,
         record: R,
         work: &mut Blocks,
-        out: &mut Target<'_>,
+        out: &mut FoveatedRowTarget<'_>,
     ) -> FoveatedTile {
         let shared = self.shared;
         let (x0, y0, x1, y1) = shared.runs.grid.pixels(self.tx, self.ty);
@@ -154,7 +154,7 @@ impl Tile<'_> {
     }
 
     /// Blends one block into one or two accumulators.
-    fn blend<R: Record>(&self, record: R, at: &PixelBlock, work: &mut Blocks) {
+    fn blend<R: BlendRecord>(&self, record: R, at: &PixelBlock, work: &mut Blocks) {
         let shared = self.shared;
         let [width, height] = at.size;
         work.first.reset::<R>(at.x, at.y, width, height);
@@ -167,7 +167,7 @@ impl Tile<'_> {
         work.second.reset::<R>(at.x, at.y, width, height);
         self.share(at, work);
         let blocks = [&mut work.first, &mut work.second];
-        let mut pair = Pair { blocks, paints };
+        let mut pair = FoveatedPair { blocks, paints };
         dispatch!(shared.level, simd => blend_pair(simd, record, &mut pair, self.entries));
     }
 
@@ -189,7 +189,7 @@ impl Tile<'_> {
         }
     }
 
-    fn write(&self, row: &Row, work: &Blocks, out: &mut Target<'_>) {
+    fn write(&self, row: &Row, work: &Blocks, out: &mut FoveatedRowTarget<'_>) {
         let pixels = &mut out.pixels[row.start..][..row.width];
         dispatch!(self.shared.level, simd => self.write_row(simd, row, work, pixels));
     }
@@ -216,9 +216,9 @@ impl Tile<'_> {
     fn count_one(
         &self,
         row: &Row,
-        block: &Block,
+        block: &BlendBlock,
         tile: &mut FoveatedTile,
-        out: &mut Target<'_>,
+        out: &mut FoveatedRowTarget<'_>,
     ) -> u32 {
         let range = row.start..row.start + row.width;
         let blended = &block.blended(row.y)[..row.width];
@@ -249,13 +249,13 @@ impl Tile<'_> {
         if self.shared.paints.splats.is_empty() { NEVER } else { 0 }
     }
 
-    /// As [`Tile::count_one`], of a tile that blends two levels.
+    /// As [`LevelTile::count_one`], of a tile that blends two levels.
     fn count_two(
         &self,
         row: &Row,
         work: &Blocks,
         tile: &mut FoveatedTile,
-        out: &mut Target<'_>,
+        out: &mut FoveatedRowTarget<'_>,
     ) -> u32 {
         let left_out = self.left_out();
         let stops = [work.first.stops(row.y), work.second.stops(row.y)];

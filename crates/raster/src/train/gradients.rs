@@ -29,7 +29,7 @@ pub struct Gradients {
 }
 
 /// Entries of consecutive Gaussians.
-struct Entries<'a> {
+struct GradientEntries<'a> {
     means: &'a mut [[f32; 3]],
     log_scales: &'a mut [[f32; 3]],
     rotations: &'a mut [[f32; 4]],
@@ -74,7 +74,14 @@ impl Gradients {
             .enumerate()
             .for_each(
                 |(i, (((((means, log_scales), rotations), logit_opacities), sh), written))| {
-                    let to = Entries { means, log_scales, rotations, logit_opacities, sh, written };
+                    let to = GradientEntries {
+                        means,
+                        log_scales,
+                        rotations,
+                        logit_opacities,
+                        sh,
+                        written,
+                    };
                     to.write(&all, i * PART, slopes);
                 },
             );
@@ -93,7 +100,7 @@ impl Gradients {
     }
 }
 
-impl Entries<'_> {
+impl GradientEntries<'_> {
     fn write(mut self, all: &Stretch<'_>, first: usize, slopes: &Slopes<'_>) {
         let mut seen = Vec::with_capacity(self.written.len());
         for place in 0..self.written.len() {

@@ -2,10 +2,10 @@
 
 use fearless_simd::dispatch;
 
-use super::unblend::{Kind, List, UnblendBlock, unblend};
+use super::unblend::{UnblendBlock, UnblendKind, UnblendList, unblend};
 use super::{Clamp, Options};
-use crate::blend::{BATCH, BLOCK, Block, Hit, Paint, Palette, Taped, blend, write_block};
-use crate::row::{Everything, find_starts};
+use crate::blend::{BATCH, BLOCK, BlendBlock, Hit, Paint, Palette, Taped, blend, write_block};
+use crate::row::{KeepEverything, find_starts};
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
 use powergs_frame::splat::{TileGrid, touch};
@@ -69,7 +69,7 @@ impl Row {
         self.list(runs, ty);
         let grid = runs.grid;
         let palette = ByRun { ranks: &self.ranks, paints };
-        let mut block = Block::new();
+        let mut block = BlendBlock::new();
         block.hits = std::mem::take(&mut self.hits);
         block.hits.clear();
         self.starts.clear();
@@ -92,7 +92,7 @@ impl Row {
     /// Lists the splats of each tile in depth order, by their runs: what a list says of a splat is
     /// then one number.
     fn list(&mut self, runs: &Runs, ty: u32) {
-        let total = find_starts(runs, ty, &Everything, &mut self.lists);
+        let total = find_starts(runs, ty, &KeepEverything, &mut self.lists);
         let mut next = self.lists.clone();
         self.runs.resize(total, 0);
         self.ranks.clear();
@@ -108,7 +108,7 @@ impl Row {
     }
 
     /// Finds the sums of all runs of the row.
-    pub(crate) fn backward<K: Kind>(
+    pub(crate) fn backward<K: UnblendKind>(
         &mut self,
         paints: &[Paint],
         lines: &Lines<'_>,
@@ -139,7 +139,7 @@ impl Row {
                 block.load_row(y, &lines.pixels[line(y)], &lines.by_pixel[line(y)]);
             }
             let list = self.lists[tx as usize]..self.lists[tx as usize + 1];
-            let list = List { ranks: &self.ranks, runs: &self.runs[list], hits };
+            let list = UnblendList { ranks: &self.ranks, runs: &self.runs[list], hits };
             let sums = &mut self.sums;
             dispatch!(options.level, simd => unblend(simd, kind, &mut block, list, paints, sums));
         }

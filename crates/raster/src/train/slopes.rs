@@ -2,14 +2,14 @@
 
 use fearless_simd::dispatch;
 
-use super::{Frame, Which};
+use super::{TrainFrame, Which};
 use powergs_frame::splat::gradient::{GradientBlock, HIDDEN, PixelSums, Stretch, unproject_block};
 
 /// The slopes of a loss: whoever goes through the parameters finds the gradient of sixteen
 /// Gaussians at a time, and need not keep it.
 #[derive(Debug, Clone, Copy)]
 pub struct Slopes<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) frame: &'a TrainFrame,
     pub(super) which: Which,
     /// By Gaussian.
     pub(super) ranks: &'a [u32],

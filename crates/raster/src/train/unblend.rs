@@ -13,7 +13,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use crate::blend::{BLOCK, Hit, Line, Lines, Paint, alpha_of};
+use crate::blend::{BLOCK, BlendLine, BlendLines, Hit, Paint, alpha_of};
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
 
@@ -21,7 +21,7 @@ use powergs_frame::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
 const BATCH: usize = 64;
 
 /// Which sums are found.
-pub trait Kind: Copy + Send + Sync {
+pub trait UnblendKind: Copy + Send + Sync {
     /// Those that positions and shapes need.
     const GEOMETRY: bool;
 }
@@ -29,14 +29,14 @@ pub trait Kind: Copy + Send + Sync {
 /// All nine sums.
 #[derive(Debug, Clone, Copy)]
 pub struct Everything;
-impl Kind for Everything {
+impl UnblendKind for Everything {
     const GEOMETRY: bool = true;
 }
 
 /// Opacity and colour; the others stay as they are.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ColourOpacity;
-impl Kind for ColourOpacity {
+impl UnblendKind for ColourOpacity {
     const GEOMETRY: bool = false;
 }
 
@@ -95,7 +95,7 @@ impl UnblendBlock {
 
 /// The list of a tile.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct List<'a> {
+pub(crate) struct UnblendList<'a> {
     /// By run of the row: the rank of its splat.
     pub ranks: &'a [u32],
     /// The runs of its splats, front to back.
@@ -106,11 +106,11 @@ pub(crate) struct List<'a> {
 
 /// Adds to `sums` (by run) the sums of the splats of `list` that blended over `block`.
 #[simd]
-pub(crate) fn unblend<S: Simd, K: Kind>(
+pub(crate) fn unblend<S: Simd, K: UnblendKind>(
     simd: S,
     kind: K,
     block: &mut UnblendBlock,
-    list: List<'_>,
+    list: UnblendList<'_>,
     paints: &[Paint],
     sums: &mut [PixelSums],
 ) {
@@ -132,7 +132,7 @@ pub(crate) fn unblend<S: Simd, K: Kind>(
 }
 
 /// Sums over the rows of a block, per column.
-struct Columns<S: Simd> {
+struct UnblendColumns<S: Simd> {
     /// Σ s, Σ s δy, Σ s δy².
     alpha: [f32x16<S>; 3],
     /// Σ α T g per channel.
@@ -140,7 +140,7 @@ struct Columns<S: Simd> {
 }
 
 #[inline(always)]
-fn unblend_splat<S: Simd, K: Kind>(
+fn unblend_splat<S: Simd, K: UnblendKind>(
     simd: S,
     _kind: K,
     block: &mut UnblendBlock,
@@ -148,11 +148,11 @@ fn unblend_splat<S: Simd, K: Kind>(
     paint: &Paint,
     rows: f32x16<S>,
     dx: f32x16<S>,
-) -> Columns<S> {
-    let lines = Lines::of(simd, paint, rows);
-    let dys = Line::of(rows - paint.mean[1]);
+) -> UnblendColumns<S> {
+    let lines = BlendLines::of(simd, paint, rows);
+    let dys = BlendLine::of(rows - paint.mean[1]);
     let zero = f32x16::splat(simd, 0.0);
-    let mut sums = Columns { alpha: [zero; 3], colour: [zero; 3] };
+    let mut sums = UnblendColumns { alpha: [zero; 3], colour: [zero; 3] };
     // Exponentials first: they wait for nothing, so that many are in flight.
     let mut left = hit_rows;
     while left != 0 {
@@ -229,7 +229,7 @@ fn fold<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
     a.zip_low(b) + a.zip_high(b)
 }
 
-impl<S: Simd> Columns<S> {
+impl<S: Simd> UnblendColumns<S> {
     /// Adds all nine sums to `to`.
     #[inline(always)]
     fn add_all(self, _simd: S, dx: f32x16<S>, to: &mut PixelSums) {

@@ -17,13 +17,13 @@ const JOINT: Colour = Colour::VERMILION;
 const MOST: usize = 16;
 
 /// The least watts of a model at each value of an axis, within the budget.
-type Lane = BTreeMap<String, f64>;
+type MapLane = BTreeMap<String, f64>;
 
 /// The map; `None` where no axis of the machine has two values.
 pub(super) fn chart(finished: &Finished) -> Option<Chart> {
-    let lanes = |axis: usize| -> Vec<Lane> {
+    let lanes = |axis: usize| -> Vec<MapLane> {
         let lane = |row: &powergs_codesign::pricing::Row| {
-            let mut lane = Lane::new();
+            let mut lane = MapLane::new();
             for (point, fate) in &row.pairs {
                 // The base machine is on no axis.
                 let on_axes = row.settings.get(point).filter(|_| point.is_some());
@@ -46,8 +46,8 @@ pub(super) fn chart(finished: &Finished) -> Option<Chart> {
         finished.rows.iter().map(lane).collect()
     };
     // The axis along which the best of a model changes most.
-    let spread = |lanes: &[Lane]| -> f64 {
-        let of = |lane: &Lane| {
+    let spread = |lanes: &[MapLane]| -> f64 {
+        let of = |lane: &MapLane| {
             let (low, high) = ends(lane.values().copied());
             if lane.len() > 1 { high - low } else { 0.0 }
         };
@@ -61,7 +61,7 @@ pub(super) fn chart(finished: &Finished) -> Option<Chart> {
     Some(drawn(finished, name, &lanes))
 }
 
-fn drawn(finished: &Finished, name: &str, lanes: &[Lane]) -> Chart {
+fn drawn(finished: &Finished, name: &str, lanes: &[MapLane]) -> Chart {
     let best = |place: usize| lanes[place].values().copied().fold(f64::INFINITY, f64::min);
     let mut order: Vec<usize> = (0..lanes.len()).filter(|p| !lanes[*p].is_empty()).collect();
     order.sort_by(|a, b| best(*a).total_cmp(&best(*b)));

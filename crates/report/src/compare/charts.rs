@@ -64,7 +64,7 @@ fn power(sides: &[Side], labels: &[String], subtitle: String, budget_w: Option<f
         };
         Stage::ALL.map(|s| Part::new(watts(s), stage_colour(s))).to_vec()
     };
-    let rows = Rows { labels, unit: &format!("W at {rate} FPS"), budget_w };
+    let rows = ChartRows { labels, unit: &format!("W at {rate} FPS"), budget_w };
     let missed = |side: &Side| side.statistics.deadline_misses() > Some(0);
     let left = panel(sides, &rows, &component, "by component");
     let mut right = panel(sides, &rows, &stage, "by stage");
@@ -151,7 +151,7 @@ fn stage_colour(stage: Stage) -> Colour {
 }
 
 /// What the rows of a panel are called, and what they are measured in.
-struct Rows<'a> {
+struct ChartRows<'a> {
     labels: &'a [String],
     unit: &'a str,
     budget_w: Option<f64>,
@@ -160,7 +160,7 @@ struct Rows<'a> {
 /// Stacked bars with their sums.
 fn panel(
     sides: &[Side],
-    rows: &Rows<'_>,
+    rows: &ChartRows<'_>,
     parts: &dyn Fn(&Side) -> Vec<Part>,
     heading: &str,
 ) -> Panel {

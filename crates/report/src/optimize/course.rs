@@ -29,7 +29,7 @@ pub struct Moment {
 }
 
 /// The jobs that are shown, with where each begins on the axis.
-struct Stretch<'a> {
+struct CourseStretch<'a> {
     job: &'a str,
     begin: f64,
     moments: Vec<&'a Moment>,
@@ -57,15 +57,15 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     Some(chart.note(format!("{what}{cut}")))
 }
 
-fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
-    let mut shown: Vec<Stretch<'a>> = Vec::new();
+fn stretches<'a>(story: &'a Story<'_>) -> Vec<CourseStretch<'a>> {
+    let mut shown: Vec<CourseStretch<'a>> = Vec::new();
     for moment in &story.course {
         if shown.last().is_none_or(|s| s.job != moment.job) {
-            let end = |s: &Stretch<'_>| {
+            let end = |s: &CourseStretch<'_>| {
                 s.begin + s.moments.last().map_or(0.0, |m| f64::from(m.iteration) + 1.0)
             };
             let begin = shown.last().map_or(0.0, end);
-            shown.push(Stretch { job: &moment.job, begin, moments: Vec::new() });
+            shown.push(CourseStretch { job: &moment.job, begin, moments: Vec::new() });
         }
         if let Some(stretch) = shown.last_mut() {
             stretch.moments.push(moment);
@@ -75,7 +75,7 @@ fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
 }
 
 /// PSNR over the iterations.
-fn quality(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Panel {
+fn quality(story: &Story<'_>, shown: &[CourseStretch<'_>], end: f64) -> Panel {
     let target = story.target.map(|t| t.psnr_db);
     // The first checks against its own renders are near perfect: they would flatten the rest.
     let ceiling = target.map_or(f64::INFINITY, |t| t + HEADROOM_DB);
@@ -91,7 +91,7 @@ fn quality(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Panel {
 }
 
 /// λ over the iterations.
-fn weight(shown: &[Stretch<'_>], end: f64) -> Panel {
+fn weight(shown: &[CourseStretch<'_>], end: f64) -> Panel {
     let all = shown.iter().flat_map(|s| &s.moments).map(|m| m.lambda);
     let positive: Vec<f64> = all.filter(|l| *l > 0.0).collect();
     let high = positive.iter().copied().fold(0.0, f64::max);
@@ -104,7 +104,7 @@ fn weight(shown: &[Stretch<'_>], end: f64) -> Panel {
 }
 
 /// Gaussians over the iterations.
-fn size(shown: &[Stretch<'_>], end: f64) -> Panel {
+fn size(shown: &[CourseStretch<'_>], end: f64) -> Panel {
     let points = |m: &Moment| m.points as f64;
     let most = shown.iter().flat_map(|s| &s.moments).map(|m| points(m)).fold(1.0, f64::max);
     let y = Axis::new("Gaussians", Scale::from_zero(most));
@@ -113,7 +113,7 @@ fn size(shown: &[Stretch<'_>], end: f64) -> Panel {
 
 /// A line for every stretch, and where each begins.
 fn panel(
-    shown: &[Stretch<'_>],
+    shown: &[CourseStretch<'_>],
     end: f64,
     y: Axis,
     height: impl Fn(&Moment) -> f64,
@@ -129,8 +129,8 @@ fn panel(
 }
 
 /// Names of the jobs in the middle of their stretches.
-fn names(shown: &[Stretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
-    let name = |(i, stretch): (usize, &Stretch<'_>)| {
+fn names(shown: &[CourseStretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
+    let name = |(i, stretch): (usize, &CourseStretch<'_>)| {
         let next = shown.get(i + 1).map_or(end, |s| s.begin);
         let text = shortened(stretch.job, 12);
         ((stretch.begin + next) / 2.0, next - stretch.begin, Words::note(text))

@@ -19,7 +19,7 @@ const CROWD: usize = 9;
 
 /// A measure of quality on an axis.
 #[derive(Clone, Copy)]
-struct Measure {
+struct QualityMeasure {
     name: &'static str,
     /// Over the test views, and over the gate views where it decides.
     of: fn(&Outcome) -> (f64, Option<f64>),
@@ -35,17 +35,17 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let (gate, test) = story.views;
     let what = format!("{gate} gate views decide, {test} test views are reported");
     let target = |of: fn(&Quality) -> f64| story.target.as_ref().map(of).filter(|t| *t > 0.0);
-    let psnr = Measure {
+    let psnr = QualityMeasure {
         name: "PSNR, dB",
         of: |o| (o.test.quality.psnr_db, Some(o.gate.quality.psnr_db)),
         target: target(|q| q.psnr_db),
     };
-    let ssim = Measure {
+    let ssim = QualityMeasure {
         name: "SSIM",
         of: |o| (o.test.quality.ssim, Some(o.gate.quality.ssim)),
         target: target(|q| q.ssim),
     };
-    let lpips = Measure {
+    let lpips = QualityMeasure {
         name: "LPIPS, less is better",
         of: |o| (o.lpips_test.unwrap_or(f64::NAN), None),
         target: None,
@@ -74,14 +74,14 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
 }
 
 /// The models of a method at several qualities, first that of the run.
-struct Method<'a> {
+struct QualityMethod<'a> {
     colour: Colour,
     /// With the name of the quality, or of the model where that says it.
     models: Vec<(&'a str, &'a Outcome)>,
 }
 
 /// Ours and the comparisons that were made for several qualities, and LightGaussian's shares.
-fn methods<'a>(story: &'a Story<'_>) -> Vec<Method<'a>> {
+fn methods<'a>(story: &'a Story<'_>) -> Vec<QualityMethod<'a>> {
     let of_baseline = |baseline: Baseline| {
         let of = |grade: &'a Grade| {
             let is = |o: &&Outcome| {
@@ -91,7 +91,7 @@ fn methods<'a>(story: &'a Story<'_>) -> Vec<Method<'a>> {
             Some((grade.name.as_str(), story.all.iter().find(is)?))
         };
         let models = story.grades.iter().filter_map(of).collect();
-        Method { colour: colour(Role::Baseline(baseline)), models }
+        QualityMethod { colour: colour(Role::Baseline(baseline)), models }
     };
     let ours = story.grades.iter().filter_map(|g| Some((g.name.as_str(), story.result_of(g)?)));
     let pruned = story.done.iter().filter_map(|o| match o.role {
@@ -101,10 +101,10 @@ fn methods<'a>(story: &'a Story<'_>) -> Vec<Method<'a>> {
     let pruned: Vec<(&str, &Outcome)> = pruned.collect();
     let light = pruned.first().map_or(Colour::GREY, |(_, o)| colour(o.role));
     let all = [
-        Method { colour: RESULT, models: ours.collect() },
+        QualityMethod { colour: RESULT, models: ours.collect() },
         of_baseline(Baseline::RenderOnly),
         of_baseline(Baseline::DisplayOnly),
-        Method { colour: light, models: pruned },
+        QualityMethod { colour: light, models: pruned },
     ];
     all.into_iter().filter(|method| method.models.len() > 1).collect()
 }
@@ -113,8 +113,13 @@ fn methods<'a>(story: &'a Story<'_>) -> Vec<Method<'a>> {
 const PAPER: Colour = Colour(255, 255, 255);
 const TARGET: Colour = Colour::PURPLE;
 
-fn panel(story: &Story<'_>, shown: &[&Outcome], methods: &[Method<'_>], measure: Measure) -> Panel {
-    let Measure { name, of, target } = measure;
+fn panel(
+    story: &Story<'_>,
+    shown: &[&Outcome],
+    methods: &[QualityMethod<'_>],
+    measure: QualityMeasure,
+) -> Panel {
+    let QualityMeasure { name, of, target } = measure;
     let test = |o: &Outcome| of(o).0;
     let is_measured = |o: &&&Outcome| test(o).is_finite();
     // Against its own renders the dense model is far above everything: it is not on this scale.

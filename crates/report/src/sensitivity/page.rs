@@ -18,9 +18,9 @@ pub fn document(all: &Sensitivity, charts: &[Chart], folder: Option<&str>) -> Do
     page.extend(traces(&all.traces, all.incomplete_note(), None));
     page.charts(charts);
     page.paragraph("Changes in percent, with the knob lowered and raised, the largest first.");
-    page.on(Shown::Page, Block::Table(rows(all, Part::All)));
-    page.on(Shown::Terminal, Block::Table(rows(all, Part::Moving)));
-    page.on(Shown::Terminal, Block::Table(rows(all, Part::Area)));
+    page.on(Shown::Page, Block::Table(rows(all, SensitivityPart::All)));
+    page.on(Shown::Terminal, Block::Table(rows(all, SensitivityPart::Moving)));
+    page.on(Shown::Terminal, Block::Table(rows(all, SensitivityPart::Area)));
     let dead = all.rows.iter().filter(|r| shows(r) == Some(false)).map(|r| r.number.as_str());
     named(&mut page, "below 0.05 % either way", dead.collect());
     named(
@@ -89,7 +89,7 @@ fn shows(row: &KnobEffect) -> Option<bool> {
 
 /// Which rows and columns.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum SensitivityPart {
     /// All.
     All,
     /// Frame rate and energy of the rows in which they move.
@@ -100,9 +100,9 @@ enum Part {
 
 type Of = fn(Change) -> f64;
 
-fn rows(all: &Sensitivity, part: Part) -> Table {
+fn rows(all: &Sensitivity, part: SensitivityPart) -> Table {
     let measures: [(&str, Of); 2] = [("FPS", |c| c.fps), ("energy", |c| c.energy)];
-    let traces = if part == Part::Area { 0 } else { all.traces.len() };
+    let traces = if part == SensitivityPart::Area { 0 } else { all.traces.len() };
     // What a pair of columns is about: of which trace, and what.
     let mut pairs: Vec<(String, usize, Of)> = Vec::new();
     for t in 0..traces {
@@ -112,7 +112,7 @@ fn rows(all: &Sensitivity, part: Part) -> Table {
         };
         pairs.extend(measures.map(|(name, of)| (format!("{trace}{name}"), t, of)));
     }
-    if part != Part::Moving {
+    if part != SensitivityPart::Moving {
         pairs.push(("area".into(), 0, |c| c.area));
     }
     let values = Column::text("low .. high").at_most(14);
@@ -133,13 +133,13 @@ fn rows(all: &Sensitivity, part: Part) -> Table {
     };
     for row in &all.rows {
         let changes = changes(row);
-        if part != Part::All && changes.iter().flatten().all(|c| c.abs() < LEAST) {
+        if part != SensitivityPart::All && changes.iter().flatten().all(|c| c.abs() < LEAST) {
             continue;
         }
         let first: [Cell; 5] = [
             row.number.as_str().into(),
             Text::marked(&row.text).into(),
-            if part == Part::All { keys(row).into() } else { row.knob().into() },
+            if part == SensitivityPart::All { keys(row).into() } else { row.knob().into() },
             row.value.as_str().into(),
             self::values(row).into(),
         ];

@@ -34,7 +34,7 @@ fn centre(low: f64, high: f64) -> f64 {
 
 /// How points are coloured.
 #[derive(Debug)]
-pub enum Key<'t> {
+pub enum ColourKey<'t> {
     /// By a number, dark to light.
     Scale { measure: Measure, numbers: Vec<f64>, low: f64, high: f64 },
     /// By a word; what has no colour of its own is grey.
@@ -43,30 +43,30 @@ pub enum Key<'t> {
     None,
 }
 
-impl<'t> Key<'t> {
+impl<'t> ColourKey<'t> {
     /// The column that the question names; else the third objective, else the axis that moves most.
-    pub fn of(analysis: &Analysis<'t>, shown: [&str; 2]) -> Key<'t> {
+    pub fn of(analysis: &Analysis<'t>, shown: [&str; 2]) -> ColourKey<'t> {
         let objectives = analysis.question.objectives.iter().map(|o| o.name.as_str());
         let third = objectives.clone().find(|name| !shown.contains(name));
         let axis = analysis.axes.first().map(|a| a.name.as_str());
         let name = analysis.question.colour.as_deref().or(third).or(axis);
-        name.map_or(Key::None, |name| Key::named(analysis, name, &analysis.rows))
+        name.map_or(ColourKey::None, |name| ColourKey::named(analysis, name, &analysis.rows))
     }
 
     /// By the column `name`, for the designs `rows`.
-    pub fn named(analysis: &Analysis<'t>, name: &str, rows: &[u32]) -> Key<'t> {
+    pub fn named(analysis: &Analysis<'t>, name: &str, rows: &[u32]) -> ColourKey<'t> {
         let table = analysis.table;
         if let Some(words) = table.axis(name) {
-            return Key::words(rows, name, words);
+            return ColourKey::words(rows, name, words);
         }
         match table.metrics.iter().find(|c| c.name == name).map(|c| &c.values) {
-            Some(Values::Words(words)) => Key::words(rows, name, words),
-            Some(Values::Numbers(numbers)) => Key::scale(rows, name, numbers.clone()),
-            None => Key::None,
+            Some(Values::Words(words)) => ColourKey::words(rows, name, words),
+            Some(Values::Numbers(numbers)) => ColourKey::scale(rows, name, numbers.clone()),
+            None => ColourKey::None,
         }
     }
 
-    fn words(rows: &[u32], name: &str, words: &'t Words) -> Key<'t> {
+    fn words(rows: &[u32], name: &str, words: &'t Words) -> ColourKey<'t> {
         let mut seen = vec![false; words.distinct().len()];
         rows.iter().for_each(|&row| seen[words.code(row) as usize] = true);
         let order: Vec<u32> =
@@ -75,7 +75,7 @@ impl<'t> Key<'t> {
         if numeric && order.len() > LISTED {
             let all = 0..words.len() as u32;
             let numbers = all.map(|row| words.number(row).unwrap_or(f64::NAN)).collect();
-            return Key::scale(rows, name, numbers);
+            return ColourKey::scale(rows, name, numbers);
         }
         let mut colours = vec![None; words.distinct().len()];
         for (i, &code) in order.iter().take(LISTED).enumerate() {
@@ -83,27 +83,27 @@ impl<'t> Key<'t> {
             colours[code as usize] =
                 Some(if numeric { Colour::at(share) } else { Colour::SERIES[i] });
         }
-        Key::List { name: name.to_owned(), words, colours, order }
+        ColourKey::List { name: name.to_owned(), words, colours, order }
     }
 
-    fn scale(rows: &[u32], name: &str, numbers: Vec<f64>) -> Key<'t> {
+    fn scale(rows: &[u32], name: &str, numbers: Vec<f64>) -> ColourKey<'t> {
         let shown = rows.iter().map(|row| numbers[*row as usize]);
         let ends = shown
             .filter(|x| x.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |e, x| (e.0.min(x), e.1.max(x)));
         let measure = Measure::of(name);
-        Key::Scale { measure, numbers, low: ends.0, high: ends.1 }
+        ColourKey::Scale { measure, numbers, low: ends.0, high: ends.1 }
     }
 
     /// The colour of a row.
     pub fn colour(&self, row: u32) -> Colour {
         match self {
-            Key::None => Colour::BLUE,
-            Key::Scale { numbers, low, high, .. } => {
+            ColourKey::None => Colour::BLUE,
+            ColourKey::Scale { numbers, low, high, .. } => {
                 let x = numbers[row as usize];
                 if x.is_nan() { Colour::PALE } else { Colour::at(share(x, *low, *high)) }
             }
-            Key::List { words, colours, .. } => {
+            ColourKey::List { words, colours, .. } => {
                 colours[words.code(row) as usize].unwrap_or(Colour::PALE)
             }
         }
@@ -112,8 +112,8 @@ impl<'t> Key<'t> {
     /// What explains the colours.
     pub fn beside(&self) -> Option<Beside> {
         match self {
-            Key::None => None,
-            Key::Scale { measure, low, high, .. } => {
+            ColourKey::None => None,
+            ColourKey::Scale { measure, low, high, .. } => {
                 let middle = centre(*low, *high);
                 let labels = [(0.0, *low), (0.5, middle), (1.0, *high)];
                 let labels = match measure.text(*low) == measure.text(*high) {
@@ -123,7 +123,7 @@ impl<'t> Key<'t> {
                 };
                 Some(Beside::Scale { title: measure.words.clone(), labels })
             }
-            Key::List { name, words, colours, order } => {
+            ColourKey::List { name, words, colours, order } => {
                 let entry = |&code: &u32| {
                     let colour = colours[code as usize].unwrap_or(Colour::PALE);
                     let word = rounded(&words.distinct()[code as usize]);

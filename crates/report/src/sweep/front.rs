@@ -2,7 +2,7 @@
 //! a line, the knee and the base machine by name.
 
 use super::axis::Axis;
-use super::colour::Key;
+use super::colour::ColourKey;
 use super::deadline;
 use super::measure::Measure;
 use super::words::{display_rate, knee_name, prices};
@@ -43,13 +43,13 @@ pub fn charts(analysis: &Analysis) -> Vec<Chart> {
 }
 
 /// The two objectives of a chart.
-struct Plane<'a, 't> {
+struct FrontPlane<'a, 't> {
     analysis: &'a Analysis<'t>,
     x: (usize, Axis),
     y: (usize, Axis),
 }
 
-impl Plane<'_, '_> {
+impl FrontPlane<'_, '_> {
     fn at(&self, row: u32) -> Place {
         let value = |(j, axis): &(usize, Axis)| axis.factor * self.analysis.value(*j, row);
         (value(&self.x), value(&self.y))
@@ -110,8 +110,8 @@ fn focus(analysis: &Analysis, j: usize) -> Vec<f64> {
 fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Chart {
     let objectives = &analysis.question.objectives;
     let axis = |j: usize| Axis::of(&objectives[j].name, focus(analysis, j).into_iter());
-    let plane = Plane { analysis, x: (x, axis(x)), y: (y, axis(y)) };
-    let key = Key::of(analysis, [&objectives[x].name, &objectives[y].name]);
+    let plane = FrontPlane { analysis, x: (x, axis(x)), y: (y, axis(y)) };
+    let key = ColourKey::of(analysis, [&objectives[x].name, &objectives[y].name]);
     let off = all(analysis).filter(|row| !plane.shows(**row)).count();
     let off = match off {
         0 => String::new(),
@@ -137,7 +137,7 @@ fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Cha
     }
 }
 
-fn panel(plane: &Plane, key: &Key) -> Panel {
+fn panel(plane: &FrontPlane, key: &ColourKey) -> Panel {
     let analysis = plane.analysis;
     let coloured = |rows: &[u32]| -> Vec<(Place, Colour)> {
         let shown = rows.iter().filter(|row| plane.shows(**row));
@@ -192,7 +192,7 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
         .fold(panel, |panel, row| panel.label(label(row), plane.at(row), Side::Free))
 }
 
-fn entries(plane: &Plane) -> Vec<Entry> {
+fn entries(plane: &FrontPlane) -> Vec<Entry> {
     let analysis = plane.analysis;
     let mut entries = vec![
         Entry::new("on the Pareto front", Symbol::Ring(Colour::INK, Colour::PALE)),

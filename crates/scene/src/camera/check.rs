@@ -18,7 +18,7 @@ pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
 const ROTATION_EXACT: f64 = 1e-14;
 
 /// Key names of one file layout, for messages.
-pub(super) struct Keys {
+pub(super) struct CameraKeys {
     /// Image width and height.
     pub size: [&'static str; 2],
     /// Focal lengths.
@@ -32,7 +32,11 @@ pub(super) struct Keys {
 }
 
 /// Checks a camera and makes its rotation exactly orthonormal. `view` names it in messages.
-pub(super) fn checked(mut camera: Camera, view: &str, keys: &Keys) -> Result<Camera, CameraError> {
+pub(super) fn checked(
+    mut camera: Camera,
+    view: &str,
+    keys: &CameraKeys,
+) -> Result<Camera, CameraError> {
     let fault = |key, what| CameraError::Value { view: view.to_string(), key, what };
     for (value, key) in [(camera.width, keys.size[0]), (camera.height, keys.size[1])] {
         if !(1..=MAX_SIZE).contains(&value) {

@@ -16,11 +16,11 @@ pub use binary::read_binary;
 pub(super) use models::is_known as is_model;
 pub use text::read_text;
 
-use super::check::{Keys, checked};
+use super::check::{CameraKeys, checked};
 use super::{Camera, CameraError, CameraFile, Frame, Placement};
 use models::Intrinsics;
 
-const KEYS: Keys = Keys {
+const KEYS: CameraKeys = CameraKeys {
     size: ["width", "height"],
     focal: ["focal length x", "focal length y"],
     principal: ["principal point x", "principal point y"],
@@ -29,7 +29,7 @@ const KEYS: Keys = Keys {
 };
 
 /// One entry of `images`.
-struct Image {
+struct ColmapImage {
     id: u32,
     quaternion: [f64; 4],
     translation: DVec3,
@@ -41,7 +41,7 @@ struct Image {
 fn views(
     format: &'static str,
     intrinsics: &BTreeMap<u32, Intrinsics>,
-    mut images: Vec<Image>,
+    mut images: Vec<ColmapImage>,
     mut warnings: Vec<String>,
 ) -> Result<CameraFile, CameraError> {
     images.sort_by(|a, b| a.name.cmp(&b.name).then(a.id.cmp(&b.id)));
@@ -52,7 +52,8 @@ fn views(
             warnings.push(format!("camera {id} ({model}): {what}"));
         }
     }
-    let lens = |image: &Image| Some((image.name.clone(), intrinsics.get(&image.camera)?.lens?));
+    let lens =
+        |image: &ColmapImage| Some((image.name.clone(), intrinsics.get(&image.camera)?.lens?));
     let lenses = images.iter().filter_map(lens).collect();
     let cameras: Vec<Camera> =
         images.into_iter().map(|image| view(intrinsics, image)).collect::<Result<_, _>>()?;
@@ -63,7 +64,7 @@ fn views(
     Ok(CameraFile { format, cameras, lenses, warnings, frame })
 }
 
-fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: Image) -> Result<Camera, CameraError> {
+fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: ColmapImage) -> Result<Camera, CameraError> {
     let label = format!("image {} ({})", image.id, image.name);
     let fault = |key, what| CameraError::Value { view: label.clone(), key, what };
     let id = image.camera;

@@ -6,11 +6,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::check::{Keys, checked};
-use super::json::View;
+use super::check::{CameraKeys, checked};
+use super::json::JsonView;
 use super::{Camera, CameraError, CameraFile, Frame};
 
-const KEYS: Keys = Keys {
+const KEYS: CameraKeys = CameraKeys {
     size: ["width", "height"],
     focal: ["fx", "fy"],
     principal: ["cx", "cy"],
@@ -28,7 +28,7 @@ pub(super) fn views(list: &[Value]) -> Result<CameraFile, CameraError> {
 }
 
 fn view(idx: usize, value: &Value) -> Result<Camera, CameraError> {
-    let view = View::new(idx, value, "img_name", None)?;
+    let view = JsonView::new(idx, value, "img_name", None)?;
     let pixels =
         |key| view.pixels(key).and_then(|v| v.ok_or_else(|| view.fault(key, "is missing")));
     let (width, height) = (pixels("width")?, pixels("height")?);

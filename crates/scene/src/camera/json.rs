@@ -39,7 +39,7 @@ pub fn read_sized(text: &str, size: &SizeOf<'_>) -> Result<CameraFile, CameraErr
 }
 
 /// One view of a JSON file.
-pub(super) struct View<'a> {
+pub(super) struct JsonView<'a> {
     /// `view 3` or `view 3 (0001.jpg)`.
     pub label: String,
     /// Its own keys.
@@ -48,7 +48,7 @@ pub(super) struct View<'a> {
     file: Option<&'a Map<String, Value>>,
 }
 
-impl<'a> View<'a> {
+impl<'a> JsonView<'a> {
     /// View `idx` of the file, named by `name_key`.
     pub(crate) fn new(
         idx: usize,

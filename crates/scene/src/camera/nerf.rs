@@ -11,12 +11,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
 
-use super::check::{Keys, checked};
-use super::json::View;
+use super::check::{CameraKeys, checked};
+use super::json::JsonView;
 use super::lens::Lens;
 use super::{Camera, CameraError, CameraFile, Frame, Placement, colmap};
 
-const KEYS: Keys = Keys {
+const KEYS: CameraKeys = CameraKeys {
     size: ["w", "h"],
     focal: ["fl_x", "fl_y"],
     principal: ["cx", "cy"],
@@ -39,7 +39,7 @@ pub(super) fn views(
     let (mut distorted, mut lenses) = (BTreeSet::new(), BTreeMap::new());
     let mut cameras = Vec::with_capacity(frames.len());
     for (idx, value) in frames.iter().enumerate() {
-        let view = View::new(idx, value, "file_path", Some(file))?;
+        let view = JsonView::new(idx, value, "file_path", Some(file))?;
         let camera = camera(idx, &view, size)?;
         if let Some((lens, keys)) = lens(&view)? {
             distorted.extend(keys);
@@ -58,7 +58,7 @@ pub(super) fn views(
 }
 
 /// The lens of a view that bends rays, and the keys that say so.
-fn lens(view: &View<'_>) -> Result<Option<(Lens, Vec<&'static str>)>, CameraError> {
+fn lens(view: &JsonView<'_>) -> Result<Option<(Lens, Vec<&'static str>)>, CameraError> {
     let mut values = [0.0; DISTORTION.len()];
     for (value, key) in values.iter_mut().zip(DISTORTION) {
         *value = view.number(key)?.unwrap_or(0.0);
@@ -98,7 +98,7 @@ pub(super) fn world_to_camera(rotation: DMat3) -> DMat3 {
     (rotation * DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))).transpose()
 }
 
-fn camera(idx: usize, view: &View<'_>, size: &SizeOf<'_>) -> Result<Camera, CameraError> {
+fn camera(idx: usize, view: &JsonView<'_>, size: &SizeOf<'_>) -> Result<Camera, CameraError> {
     let path = view.text("file_path")?;
     let asked = || size(path.unwrap_or_default());
     let (width, height) = match (view.pixels("w")?, view.pixels("h")?) {
@@ -127,7 +127,7 @@ fn camera(idx: usize, view: &View<'_>, size: &SizeOf<'_>) -> Result<Camera, Came
 }
 
 /// Focal lengths in pixels; a missing vertical one equals the horizontal one (square pixels).
-fn focal(view: &View<'_>, width: u32, height: u32) -> Result<(f64, f64), CameraError> {
+fn focal(view: &JsonView<'_>, width: u32, height: u32) -> Result<(f64, f64), CameraError> {
     let from_angle = |key, size: u32| -> Result<Option<f64>, CameraError> {
         let Some(angle) = view.number(key)? else { return Ok(None) };
         if !(angle > 0.0 && angle < std::f64::consts::PI) {

@@ -9,14 +9,14 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
 
-use super::check::{Keys, ROTATION_TOLERANCE, checked};
-use super::json::View;
+use super::check::{CameraKeys, ROTATION_TOLERANCE, checked};
+use super::json::JsonView;
 use super::{Camera, CameraError, CameraFile, Frame, nerf};
 
 /// The name of the file that says how a data set was moved.
 pub const PLACEMENT_FILE: &str = "dataparser_transforms.json";
 
-const KEYS: Keys = Keys {
+const KEYS: CameraKeys = CameraKeys {
     size: ["render_width", "render_height"],
     focal: ["fov", "fov"],
     principal: ["render_width", "render_height"],
@@ -50,7 +50,7 @@ impl Placement {
             column: e.column(),
             what: e.to_string(),
         })?;
-        let view = View::whole(&value, PLACEMENT_FILE)?;
+        let view = JsonView::whole(&value, PLACEMENT_FILE)?;
         let (rotation, shift) = rigid(&view, "transform")?;
         let scale = view.required("scale")?;
         if !(scale > 1e-9 && scale < 1e9) {
@@ -61,7 +61,7 @@ impl Placement {
 
     /// What the top of a `transforms.json` says has been done to its poses.
     pub(super) fn applied(file: &Value) -> Result<Placement, CameraError> {
-        let view = View::whole(file, "transforms.json")?;
+        let view = JsonView::whole(file, "transforms.json")?;
         let mut placement = Placement::NONE;
         if view.has("applied_transform") {
             (placement.rotation, placement.shift) = rigid(&view, "applied_transform")?;
@@ -100,7 +100,7 @@ impl Placement {
 }
 
 /// Rotation and shift of the 3x4 or 4x4 matrix at `key`.
-fn rigid(view: &View<'_>, key: &'static str) -> Result<(DMat3, DVec3), CameraError> {
+fn rigid(view: &JsonView<'_>, key: &'static str) -> Result<(DMat3, DVec3), CameraError> {
     let (rotation, shift) = view.transform(key)?;
     let off = rotation * rotation.transpose() - DMat3::IDENTITY;
     let is_near = off.to_cols_array().iter().all(|v| v.abs() <= ROTATION_TOLERANCE);
@@ -121,7 +121,7 @@ pub(super) fn path(file: &Map<String, Value>) -> Result<CameraFile, CameraError>
         return Err(CameraError::Layout);
     };
     let pose = |(idx, value): (usize, &Value)| {
-        let view = View::new(idx, value, "name", Some(file))?;
+        let view = JsonView::new(idx, value, "name", Some(file))?;
         let kind = view.text("camera_type")?.unwrap_or("perspective");
         if !kind.eq_ignore_ascii_case("perspective") {
             return Err(view.fault("camera_type", nerf::no_pinhole(kind)));

@@ -14,12 +14,12 @@ use super::edit::resized;
 /// A path that passes through poses.
 #[derive(Debug, Clone)]
 pub struct Path {
-    keys: Vec<Key>,
+    keys: Vec<PathKey>,
     first: Camera,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Key {
+struct PathKey {
     knot: f64,
     centre: DVec3,
     quaternion: DVec4,
@@ -32,7 +32,7 @@ impl Path {
     /// (by [`resized`]). `None` with fewer than two cameras.
     pub fn through(cameras: &[Camera]) -> Option<Path> {
         let first = cameras.first().filter(|_| cameras.len() > 1)?;
-        let mut keys: Vec<Key> = Vec::with_capacity(cameras.len());
+        let mut keys: Vec<PathKey> = Vec::with_capacity(cameras.len());
         for camera in cameras {
             let camera = resized(camera, first.width, first.height);
             let mut quaternion = DVec4::from(DQuat::from_mat3(&camera.world_to_camera));
@@ -40,7 +40,7 @@ impl Path {
                 quaternion = -quaternion;
             }
             let intrinsics = DVec4::new(camera.fx, camera.fy, camera.cx, camera.cy);
-            keys.push(Key { knot: 0.0, centre: camera.centre, quaternion, intrinsics });
+            keys.push(PathKey { knot: 0.0, centre: camera.centre, quaternion, intrinsics });
         }
         space(&mut keys);
         Some(Path { keys, first: first.clone() })
@@ -89,7 +89,7 @@ impl Path {
     }
 
     /// Cubic Hermite piece `i`, with the tangents of a non-uniform Catmull-Rom spline.
-    fn spline(&self, i: usize, at: f64, value: impl Fn(&Key) -> DVec4) -> DVec4 {
+    fn spline(&self, i: usize, at: f64, value: impl Fn(&PathKey) -> DVec4) -> DVec4 {
         let length = self.knot_step(i);
         let s = (at - self.keys[i].knot) / length;
         let (s2, s3) = (s * s, s * s * s);
@@ -101,7 +101,7 @@ impl Path {
 
     /// The tangent at key `k`: that of the parabola through the key and its neighbours, or at an
     /// end through the three nearest keys, or of the line through the only two.
-    fn tangent(&self, k: usize, value: &impl Fn(&Key) -> DVec4) -> DVec4 {
+    fn tangent(&self, k: usize, value: &impl Fn(&PathKey) -> DVec4) -> DVec4 {
         let slope =
             |a: usize| (value(&self.keys[a + 1]) - value(&self.keys[a])) / self.knot_step(a);
         let last = self.keys.len() - 1;
@@ -122,7 +122,7 @@ impl Path {
 
 /// Sets the knots. Distances count in units of the mean distance between neighbours, turns in
 /// units of a quarter turn, so that the scale of the world does not matter.
-fn space(keys: &mut [Key]) {
+fn space(keys: &mut [PathKey]) {
     let moves: Vec<f64> = keys.windows(2).map(|k| k[0].centre.distance(k[1].centre)).collect();
     let mean = moves.iter().sum::<f64>() / moves.len() as f64;
     let unit = if mean > 0.0 { mean } else { 1.0 };

@@ -41,7 +41,7 @@ pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileErro
         return Err(other(shown, "no name of a file"));
     };
     let name = name.as_ref();
-    let model = match read(&Entry { folder, path: &path, name }, name, lod) {
+    let model = match read(&ModelEntry { folder, path: &path, name }, name, lod) {
         Ok(model) => model,
         // The file itself: its name is already in front.
         Err(SceneError::Io { name: own, source }) if own == name => return Err(at(shown)(source)),
@@ -105,14 +105,14 @@ impl Folder for Disk {
 }
 
 /// The file that was named, and its folder. Its own name may be anything.
-struct Entry<'a> {
+struct ModelEntry<'a> {
     folder: Disk,
     path: &'a Path,
     /// Its name as text; that on disk may be none.
     name: &'a str,
 }
 
-impl Folder for Entry<'_> {
+impl Folder for ModelEntry<'_> {
     fn open(&self, name: &str) -> io::Result<Input<'_>> {
         if name == self.name {
             return open(self.path);

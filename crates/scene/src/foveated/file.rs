@@ -61,7 +61,7 @@ impl Foveated {
     /// that does not hold, values that no model has: each with its column and entry.
     pub fn read(input: Input<'_>) -> Result<Foveated, SceneError> {
         let Input { mut reader, len } = input;
-        let Head { count, degree, antialiased } = read_head(&mut reader)?;
+        let FoveatedHead { count, degree, antialiased } = read_head(&mut reader)?;
         // Refused before anything is allocated.
         let least = file_bytes(count, degree, 0);
         let bound = if least <= u128::from(len) { u64::MAX } else { 0 };
@@ -129,7 +129,7 @@ impl Foveated {
 }
 
 /// What stands before the columns.
-struct Head {
+struct FoveatedHead {
     count: u64,
     degree: u8,
     antialiased: bool,
@@ -149,7 +149,7 @@ fn head(count: u64, degree: u8, antialiased: bool) -> [u8; HEAD] {
     head
 }
 
-fn read_head(reader: &mut impl Read) -> Result<Head, SceneError> {
+fn read_head(reader: &mut impl Read) -> Result<FoveatedHead, SceneError> {
     let mut bytes = [0; HEAD];
     fill(reader, "header of the foveated model", &mut bytes)?;
     let malformed =
@@ -178,7 +178,7 @@ fn read_head(reader: &mut impl Read) -> Result<Head, SceneError> {
     if antialiased > 1 || bytes[23..28].iter().any(|&b| b != 0) {
         return malformed("it has features that are not known".into(), DAMAGED);
     }
-    Ok(Head { count, degree, antialiased: antialiased == 1 })
+    Ok(FoveatedHead { count, degree, antialiased: antialiased == 1 })
 }
 
 /// Writes floats and their checksum.

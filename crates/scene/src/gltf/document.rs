@@ -69,24 +69,24 @@ struct Accessor<'b> {
     bytes: &'b [u8],
     count: usize,
     stride: usize,
-    component: Component,
+    component: DocumentComponent,
 }
 
 /// The number at the start of bytes.
-type Number = fn(&[u8]) -> f64;
+type GltfNumber = fn(&[u8]) -> f64;
 
 /// The type of a number, and whether it stands for a fraction.
 #[derive(Clone, Copy)]
-struct Component {
+struct DocumentComponent {
     bytes: usize,
-    of: Number,
+    of: GltfNumber,
     /// What an integer is divided by.
     whole: f64,
 }
 
-impl Component {
-    fn new(kind: u64, is_normalized: bool) -> Option<Component> {
-        let (bytes, of, most): (usize, Number, f64) = match kind {
+impl DocumentComponent {
+    fn new(kind: u64, is_normalized: bool) -> Option<DocumentComponent> {
+        let (bytes, of, most): (usize, GltfNumber, f64) = match kind {
             5120 => (1, |b| f64::from(b[0] as i8), 127.0),
             5121 => (1, |b| f64::from(b[0]), 255.0),
             5122 => (2, |b| f64::from(i16::from_le_bytes([b[0], b[1]])), 32_767.0),
@@ -94,7 +94,7 @@ impl Component {
             5126 => (4, |b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])), 1.0),
             _ => return None,
         };
-        Some(Component { bytes, of, whole: if is_normalized { most } else { 1.0 } })
+        Some(DocumentComponent { bytes, of, whole: if is_normalized { most } else { 1.0 } })
     }
 
     fn value(self, bytes: &[u8]) -> f64 {
@@ -264,7 +264,8 @@ impl<'a> Document<'a> {
             return Err(SceneError::malformed(place, "a sparse accessor", REEXPORT));
         }
         let is_normalized = keys.get("normalized") == Some(&Value::Bool(true));
-        let component = number("componentType").and_then(|t| Component::new(t, is_normalized));
+        let component =
+            number("componentType").and_then(|t| DocumentComponent::new(t, is_normalized));
         let component = component.ok_or_else(|| wrong(place, "an unknown type of numbers"))?;
         let Some(count) = number("count") else { return Err(wrong(place, "has no count")) };
         let view = index(&keys, "bufferView", place)?;

@@ -6,16 +6,18 @@ use serde_json::Value;
 
 use super::super::error::SceneError;
 use super::document::{Document, index, wrong};
-use super::placement::Placement;
+use super::placement::GltfPlacement;
 
 /// Deepest node.
 const MAX_DEPTH: usize = 256;
 
 /// The meshes that the scene shows, in the order of the nodes; all of them where there are no
 /// nodes.
-pub(super) fn instances(document: &Document<'_>) -> Result<Vec<(usize, Placement)>, SceneError> {
+pub(super) fn instances(
+    document: &Document<'_>,
+) -> Result<Vec<(usize, GltfPlacement)>, SceneError> {
     if document.count("nodes") == 0 {
-        return Ok((0..document.count("meshes")).map(|mesh| (mesh, Placement::NONE)).collect());
+        return Ok((0..document.count("meshes")).map(|mesh| (mesh, GltfPlacement::NONE)).collect());
     }
     let roots = match document.scene()? {
         Some(scene) => children(scene, "nodes", "scene")?,
@@ -31,15 +33,15 @@ pub(super) fn instances(document: &Document<'_>) -> Result<Vec<(usize, Placement
     };
     let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
     // The last one is next, so that children come in their order.
-    let mut open: Vec<(usize, Placement, usize)> =
-        roots.into_iter().rev().map(|node| (node, Placement::NONE, 0)).collect();
+    let mut open: Vec<(usize, GltfPlacement, usize)> =
+        roots.into_iter().rev().map(|node| (node, GltfPlacement::NONE, 0)).collect();
     while let Some((node, above, depth)) = open.pop() {
         let place = format!("nodes[{node}]");
         if !seen.insert(node) || depth > MAX_DEPTH {
             return Err(wrong(&place, "a node has two parents, or is its own"));
         }
         let keys = document.entry("nodes", node)?;
-        let own = above.then(&Placement::of_node(keys, &place)?);
+        let own = above.then(&GltfPlacement::of_node(keys, &place)?);
         if keys.get("mesh").is_some() {
             found.push((index(keys, "mesh", &place)?, own));
         }

@@ -27,18 +27,18 @@ const AROUND: u32 = 8;
 
 /// p' = s R p + t, in the axes of glTF.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Placement {
+pub(super) struct GltfPlacement {
     scale: f64,
     rotation: DMat3,
     shift: DVec3,
 }
 
-impl Placement {
-    pub(super) const NONE: Placement =
-        Placement { scale: 1.0, rotation: DMat3::IDENTITY, shift: DVec3::ZERO };
+impl GltfPlacement {
+    pub(super) const NONE: GltfPlacement =
+        GltfPlacement { scale: 1.0, rotation: DMat3::IDENTITY, shift: DVec3::ZERO };
 
     /// That of a node by itself: its `matrix`, or its `scale`, `rotation` and `translation`.
-    pub(super) fn of_node(keys: &Value, place: &str) -> Result<Placement, SceneError> {
+    pub(super) fn of_node(keys: &Value, place: &str) -> Result<GltfPlacement, SceneError> {
         let numbers = |key: &'static str, n: usize| -> Result<Option<Vec<f64>>, SceneError> {
             let Some(list) = keys.get(key) else { return Ok(None) };
             let values: Option<Vec<f64>> =
@@ -70,12 +70,12 @@ impl Placement {
         }
         // Exactly a rotation, so that quaternions and colours keep their lengths.
         let rotation = DMat3::from_quat(DQuat::from_mat3(&rotation).normalize());
-        Ok(Placement { scale, rotation, shift })
+        Ok(GltfPlacement { scale, rotation, shift })
     }
 
     /// That of a node below this one.
-    pub(super) fn then(&self, below: &Placement) -> Placement {
-        Placement {
+    pub(super) fn then(&self, below: &GltfPlacement) -> GltfPlacement {
+        GltfPlacement {
             scale: self.scale * below.scale,
             rotation: self.rotation * below.rotation,
             shift: self.rotation * below.shift * self.scale + self.shift,

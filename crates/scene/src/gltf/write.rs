@@ -28,14 +28,14 @@ const FLOAT: u32 = 5126;
 
 /// Attributes on their way into a buffer.
 #[derive(Default)]
-struct Buffer {
+struct GltfBuffer {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
     attributes: serde_json::Map<String, Value>,
 }
 
-impl Buffer {
+impl GltfBuffer {
     fn push<const N: usize>(&mut self, name: &str, values: impl Iterator<Item = [f32; N]> + Clone) {
         let first = self.bytes.len();
         values.clone().flatten().for_each(|v| self.bytes.extend(v.to_le_bytes()));
@@ -79,7 +79,7 @@ pub(crate) fn write(
     scene: &Gaussians,
     container: Container,
 ) -> Result<(Vec<u8>, Clamped), ExportError> {
-    let mut buffer = Buffer::default();
+    let mut buffer = GltfBuffer::default();
     let mut extension = json!({ "kernel": "ellipse", "colorSpace": "srgb_rec709_display" });
     let mut used = vec![EXTENSION];
     let mut turned = scene.clone();
@@ -131,7 +131,7 @@ pub(crate) fn write(
 }
 
 /// All attributes of a model that has the axes of glTF.
-fn attributes(scene: &Gaussians, buffer: &mut Buffer) -> Clamped {
+fn attributes(scene: &Gaussians, buffer: &mut GltfBuffer) -> Clamped {
     buffer.push("POSITION", scene.means.iter().copied());
     buffer.push(
         "ROTATION",

@@ -13,7 +13,7 @@ use super::super::Gaussians;
 use super::super::convert::{dc, degree_of, logit, quaternion};
 use super::super::error::{DAMAGED, REEXPORT, SceneError};
 use super::super::input::check_count;
-use super::header::{Element, Header};
+use super::header::{Element, PlyHeader};
 use super::{Source, rows};
 
 pub(in super::super) use write::write;
@@ -45,10 +45,10 @@ const WITHOUT_COLOUR: usize = 12;
 const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 
 /// Bounds of a chunk, in the order of [`BOUNDS`].
-type Chunk = [f32; 18];
+type CompressedChunk = [f32; 18];
 
 /// Reads the `chunk`, `vertex` and, if there is one, `sh` elements.
-pub(super) fn read(source: &mut Source<'_>, header: &Header) -> Result<Gaussians, SceneError> {
+pub(super) fn read(source: &mut Source<'_>, header: &PlyHeader) -> Result<Gaussians, SceneError> {
     let mut next = 0;
     let element = header.advance(source, &mut next, "chunk")?;
     let chunks = read_chunks(source, header, element)?;
@@ -86,16 +86,16 @@ fn find(element: &Element, names: &[&str]) -> Result<Vec<usize>, SceneError> {
 
 fn read_chunks(
     source: &mut Source<'_>,
-    header: &Header,
+    header: &PlyHeader,
     element: &Element,
-) -> Result<Vec<Chunk>, SceneError> {
+) -> Result<Vec<CompressedChunk>, SceneError> {
     let coloured = element.column("min_r").is_some();
     let names = if coloured { &BOUNDS[..] } else { &BOUNDS[..WITHOUT_COLOUR] };
     let wanted = find(element, names)?;
     let mut chunks = Vec::new();
     rows::each(source, header.encoding, element, &wanted, |v| {
         // Without bounds, colours are 0 to 1.
-        let mut chunk: Chunk = [0.0; 18];
+        let mut chunk: CompressedChunk = [0.0; 18];
         chunk[15..].fill(1.0);
         chunk.iter_mut().zip(v).for_each(|(bound, value)| *bound = *value as f32);
         chunks.push(chunk);
@@ -104,7 +104,7 @@ fn read_chunks(
 }
 
 /// Appends the Gaussian of four packed words.
-fn unpack(scene: &mut Gaussians, chunk: &Chunk, words: [u32; 4]) {
+fn unpack(scene: &mut Gaussians, chunk: &CompressedChunk, words: [u32; 4]) {
     let [position, rotation, scale, colour] = words;
     scene.means.push(between(three(position), &chunk[0..6]));
     scene.log_scales.push(between(three(scale), &chunk[6..12]));
@@ -154,7 +154,7 @@ fn sh_degree(element: &Element) -> Result<u8, SceneError> {
 
 fn read_sh(
     source: &mut Source<'_>,
-    header: &Header,
+    header: &PlyHeader,
     element: &Element,
     scene: &mut Gaussians,
 ) -> Result<(), SceneError> {

@@ -92,7 +92,7 @@ impl Element {
 
 /// How a comment says that a model is to be shown.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum PlyMode {
     #[default]
     Plain,
     /// Mip-Splatting.
@@ -101,7 +101,7 @@ pub(super) enum Mode {
     Flat,
 }
 
-impl Mode {
+impl PlyMode {
     /// Brush writes `SplatRenderMode: mip`, and so do the converters; Postshot `antialiased 1`.
     fn parse(comment: &[&str]) -> Option<Self> {
         let words: Vec<String> = comment.iter().map(|word| word.to_ascii_lowercase()).collect();
@@ -115,23 +115,23 @@ impl Mode {
     }
 }
 
-/// The comment that [`Mode::parse`] takes for an anti-aliased model.
+/// The comment that [`PlyMode::parse`] takes for an anti-aliased model.
 pub(super) const ANTIALIASED: &str = "comment SplatRenderMode: mip";
 
 /// The whole header.
 #[derive(Debug, Clone)]
-pub(super) struct Header {
+pub(super) struct PlyHeader {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
     /// What the last comment says that says it.
-    pub mode: Mode,
+    pub mode: PlyMode,
 }
 
 /// Reads up to and including the `end_header` line.
-pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
+pub(super) fn read(source: &mut Source<'_>) -> Result<PlyHeader, SceneError> {
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
-    let mut mode = Mode::default();
+    let mut mode = PlyMode::default();
     for number in 1..=MAX_LINES {
         let line = header_line(source, number)?;
         let wrong = |what: String| {
@@ -139,7 +139,7 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
         };
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
-            ["comment", comment @ ..] => mode = Mode::parse(comment).unwrap_or(mode),
+            ["comment", comment @ ..] => mode = PlyMode::parse(comment).unwrap_or(mode),
             [] | ["ply"] | ["obj_info", ..] => {}
             ["format", name, "1.0"] => match parse_encoding(name) {
                 Some(known) => encoding = Some(known),
@@ -166,10 +166,10 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
 fn finish(
     encoding: Option<Encoding>,
     elements: Vec<Element>,
-    mode: Mode,
-) -> Result<Header, SceneError> {
+    mode: PlyMode,
+) -> Result<PlyHeader, SceneError> {
     match encoding {
-        Some(encoding) => Ok(Header { encoding, elements, mode }),
+        Some(encoding) => Ok(PlyHeader { encoding, elements, mode }),
         None => Err(SceneError::malformed("PLY header", "no format line", DAMAGED)),
     }
 }

@@ -11,7 +11,7 @@ use super::super::convert::{dc, degree_of, rest_of, sigmoid};
 use super::super::error::{REEXPORT, SceneError};
 use super::super::input::check_count;
 use super::super::{Gaussians, Warning};
-use super::header::{Element, Header, Scalar};
+use super::header::{Element, PlyHeader, Scalar};
 use super::{Source, rows};
 
 /// The element that holds Gaussians, in messages.
@@ -26,10 +26,10 @@ const FLAT: f32 = -20.0;
 /// Reads the `vertex` element.
 pub(super) fn read(
     source: &mut Source<'_>,
-    header: &Header,
+    header: &PlyHeader,
 ) -> Result<(Gaussians, Vec<Warning>), SceneError> {
     let element = header.advance(source, &mut 0, "vertex")?;
-    let columns = Columns::of(element)?;
+    let columns = InriaColumns::of(element)?;
     element.check_fits(header.encoding, source.left)?;
     let count = check_count(VERTEX, element.count, u64::MAX)?;
     let mut scene = Gaussians::with_capacity(count, columns.degree);
@@ -38,7 +38,7 @@ pub(super) fn read(
 }
 
 /// Where a row has what.
-struct Columns {
+struct InriaColumns {
     /// The columns of the element that are read: mean, rotation, opacity, scales, the 3D filter if
     /// there is one, then the SH coefficients `[channel][coefficient]`.
     wanted: Vec<usize>,
@@ -54,8 +54,8 @@ struct Columns {
 /// Mean, rotation and opacity.
 const FIXED: [&str; 8] = ["x", "y", "z", "rot_0", "rot_1", "rot_2", "rot_3", "opacity"];
 
-impl Columns {
-    fn of(element: &Element) -> Result<Columns, SceneError> {
+impl InriaColumns {
+    fn of(element: &Element) -> Result<InriaColumns, SceneError> {
         refuse_relatives(element)?;
         let mut used = HashSet::new();
         let mut find = |name: &str| {
@@ -101,7 +101,7 @@ impl Columns {
         if !names.is_empty() {
             warnings.push(Warning::IgnoredColumns { names });
         }
-        Ok(Columns { wanted, scales, has_filter, rgb, degree, warnings })
+        Ok(InriaColumns { wanted, scales, has_filter, rgb, degree, warnings })
     }
 
     /// Appends the Gaussian of a row.

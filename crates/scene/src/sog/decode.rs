@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use super::super::convert::{quaternion, rest_of};
 use super::super::error::SceneError;
-use super::meta::Table;
+use super::meta::SogTable;
 use super::plane::Plane;
 
 /// Alpha of a rotation whose largest component is w.
@@ -23,7 +23,7 @@ pub(super) fn means(bounds: &[[f64; 3]; 2], low: &Plane, high: &Plane) -> Vec<[f
 }
 
 /// Logarithmic scales.
-pub(super) fn scales(tables: &[Table; 3], plane: &Plane) -> Vec<[f32; 3]> {
+pub(super) fn scales(tables: &[SogTable; 3], plane: &Plane) -> Vec<[f32; 3]> {
     let scale = |p: &[u8; 4]| std::array::from_fn(|axis| tables[axis][p[axis] as usize]);
     plane.pixels().iter().map(scale).collect()
 }
@@ -44,21 +44,21 @@ pub(super) fn component(byte: u8) -> f64 {
 }
 
 /// Raw opacities.
-pub(super) fn opacities(tables: &[Table; 4], sh0: &Plane) -> Vec<f32> {
+pub(super) fn opacities(tables: &[SogTable; 4], sh0: &Plane) -> Vec<f32> {
     sh0.pixels().iter().map(|p| tables[3][p[3] as usize]).collect()
 }
 
 /// SH coefficients of a model of degree 0.
-pub(super) fn constant(tables: &[Table; 4], sh0: &Plane) -> Vec<f32> {
+pub(super) fn constant(tables: &[SogTable; 4], sh0: &Plane) -> Vec<f32> {
     let colour = |p: &[u8; 4]| -> [f32; 3] { std::array::from_fn(|c| tables[c][p[c] as usize]) };
     sh0.pixels().iter().flat_map(colour).collect()
 }
 
 /// SH coefficients `[channel][coefficient]` of a model with a palette.
 pub(super) fn harmonics(
-    tables: &[Table; 4],
+    tables: &[SogTable; 4],
     sh0: &Plane,
-    table: &Table,
+    table: &SogTable,
     palette: &Plane,
     labels: &Plane,
 ) -> Result<Vec<f32>, SceneError> {

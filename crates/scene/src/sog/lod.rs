@@ -13,17 +13,17 @@ use super::super::{Gaussians, Warning};
 use super::{MAX_INDEX, object, read_model};
 
 #[derive(Deserialize)]
-struct Index {
+struct LodIndex {
     #[serde(rename = "lodLevels")]
     levels: u32,
     filenames: Vec<String>,
-    tree: Node,
+    tree: LodNode,
 }
 
 #[derive(Deserialize)]
-struct Node {
+struct LodNode {
     #[serde(default)]
-    children: Vec<Node>,
+    children: Vec<LodNode>,
     #[serde(default)]
     lods: Map<String, Value>,
 }
@@ -36,7 +36,7 @@ pub(super) fn read(
     keys: Map<String, Value>,
     lod: u32,
 ) -> Result<Model, SceneError> {
-    let index: Index = serde_json::from_value(Value::Object(keys))
+    let index: LodIndex = serde_json::from_value(Value::Object(keys))
         .map_err(|e| SceneError::malformed("lod-meta.json", e.to_string(), DAMAGED))?;
     if lod >= index.levels {
         let last = index.levels.saturating_sub(1);
@@ -79,7 +79,7 @@ pub(super) fn read(
 
 /// Adds the files that `node` and the nodes below it use for a level. The depth is bounded by the
 /// JSON parser, which refuses more than 128 levels.
-fn collect(node: &Node, lod: &str, files: &mut BTreeSet<usize>) -> Result<(), SceneError> {
+fn collect(node: &LodNode, lod: &str, files: &mut BTreeSet<usize>) -> Result<(), SceneError> {
     if let Some(part) = node.lods.get(lod) {
         match part.get("file").and_then(Value::as_u64) {
             Some(file) => files.insert(file as usize),

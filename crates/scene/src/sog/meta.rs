@@ -7,7 +7,7 @@ use super::super::convert::logit;
 use super::super::error::{DAMAGED, REEXPORT, SceneError};
 
 /// What every byte of a channel stands for.
-pub(super) type Table = [f32; 256];
+pub(super) type SogTable = [f32; 256];
 
 /// A checked `meta.json`.
 pub(super) struct Meta {
@@ -19,11 +19,11 @@ pub(super) struct Meta {
     /// Minima and maxima of the positions, in the logarithmic space.
     pub means: [[f64; 3]; 2],
     /// Logarithmic scales.
-    pub scales: [Table; 3],
+    pub scales: [SogTable; 3],
     /// Red, green, blue DC coefficients and raw opacity.
-    pub sh0: [Table; 4],
+    pub sh0: [SogTable; 4],
     /// The other SH coefficients, where the model has some.
-    pub sh_n: Option<Table>,
+    pub sh_n: Option<SogTable>,
     /// Image files: two of means, scales, rotations, sh0, and for `shN` centroids and labels.
     pub files: Vec<String>,
 }
@@ -33,16 +33,16 @@ struct RawMeta {
     version: Option<u64>,
     count: Option<u64>,
     model: Option<String>,
-    means: Part,
-    scales: Part,
-    quats: Part,
-    sh0: Part,
+    means: SogPart,
+    scales: SogPart,
+    quats: SogPart,
+    sh0: SogPart,
     #[serde(rename = "shN")]
-    sh_n: Option<Part>,
+    sh_n: Option<SogPart>,
 }
 
 #[derive(Deserialize)]
-struct Part {
+struct SogPart {
     shape: Option<Vec<u64>>,
     mins: Option<Numbers>,
     maxs: Option<Numbers>,
@@ -126,7 +126,7 @@ impl RawMeta {
     }
 }
 
-impl Part {
+impl SogPart {
     /// `N` numbers; a single one stands for all.
     fn range<const N: usize>(
         &self,
@@ -144,7 +144,7 @@ impl Part {
     }
 
     /// The values of the bytes of `N` channels.
-    fn tables<const N: usize>(&self, key: &str, version: u8) -> Result<[Table; N], SceneError> {
+    fn tables<const N: usize>(&self, key: &str, version: u8) -> Result<[SogTable; N], SceneError> {
         if version == 2 {
             return Ok([self.codebook(&format!("{key}.codebook"))?; N]);
         }
@@ -158,7 +158,7 @@ impl Part {
         }))
     }
 
-    fn codebook(&self, key: &str) -> Result<Table, SceneError> {
+    fn codebook(&self, key: &str) -> Result<SogTable, SceneError> {
         let Some(book) = &self.codebook else { return Err(wrong(key, "missing")) };
         if book.len() != 256 {
             return Err(wrong(key, format!("{} entries instead of 256", book.len())));

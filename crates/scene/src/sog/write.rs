@@ -24,12 +24,12 @@ use super::super::smallest_three::{SmallestThree, encode};
 use super::decode::{FIRST_LARGEST, component};
 use super::plane::ENTRIES_PER_ROW;
 use codebook::Codebook;
-use palette::Palette;
+use palette::SogPalette;
 
 /// Files by name.
-type Files = BTreeMap<String, Vec<u8>>;
+type SogFiles = BTreeMap<String, Vec<u8>>;
 /// A picture's pixels: red, green, blue, alpha.
-type Pixels = Vec<[u8; 4]>;
+type SogPixels = Vec<[u8; 4]>;
 
 const INDEX: &str = "meta.json";
 const MEANS: [&str; 2] = ["means_l.webp", "means_u.webp"];
@@ -49,7 +49,7 @@ pub(in super::super) const FILE_NAMES: [&str; 8] =
 ///
 /// # Errors
 /// Those of the encoder of pictures.
-pub(in super::super) fn write(scene: &Gaussians) -> io::Result<(Files, Clamped)> {
+pub(in super::super) fn write(scene: &Gaussians) -> io::Result<(SogFiles, Clamped)> {
     let n = scene.sh_coefficients();
     let (bounds, low, high) = means(scene);
     let scales = Codebook::of(scene.log_scales.as_flattened().to_vec());
@@ -80,12 +80,12 @@ pub(in super::super) fn write(scene: &Gaussians) -> io::Result<(Files, Clamped)>
     if scene.sh_degree > 0 {
         pictures.extend(harmonics(scene, &mut meta));
     }
-    let encode = |(name, width, pixels): (&str, usize, Pixels)| {
+    let encode = |(name, width, pixels): (&str, usize, SogPixels)| {
         let height = pixels.len() / width;
         let bytes = powergs_pixels::webp(width as u32, height as u32, pixels.as_flattened())?;
         Ok((name.to_owned(), bytes))
     };
-    let mut files: Files = pictures.into_par_iter().map(encode).collect::<io::Result<_>>()?;
+    let mut files: SogFiles = pictures.into_par_iter().map(encode).collect::<io::Result<_>>()?;
     files.insert(INDEX.into(), meta.to_string().into_bytes());
     let opacity = opacities_beyond_bytes(&scene.logit_opacities);
     Ok((files, Clamped { opacity, ..Clamped::default() }))
@@ -95,7 +95,7 @@ pub(in super::super) fn write(scene: &Gaussians) -> io::Result<(Files, Clamped)>
 ///
 /// # Errors
 /// An archive that its format cannot hold.
-pub(in super::super) fn zipped(files: &Files) -> io::Result<Vec<u8>> {
+pub(in super::super) fn zipped(files: &SogFiles) -> io::Result<Vec<u8>> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
@@ -110,7 +110,7 @@ pub(in super::super) fn zipped(files: &Files) -> io::Result<Vec<u8>> {
 
 /// A nearly square picture of a pixel for each Gaussian: its name, its width and its pixels,
 /// filled up with zeros.
-fn picture(name: &'static str, pixels: Pixels) -> (&'static str, usize, Pixels) {
+fn picture(name: &'static str, pixels: SogPixels) -> (&'static str, usize, SogPixels) {
     let side = (pixels.len() as f64).sqrt().ceil() as usize;
     of_width(name, side.next_multiple_of(BLOCK), BLOCK, pixels)
 }
@@ -119,8 +119,8 @@ fn of_width(
     name: &'static str,
     width: usize,
     rows: usize,
-    mut pixels: Pixels,
-) -> (&'static str, usize, Pixels) {
+    mut pixels: SogPixels,
+) -> (&'static str, usize, SogPixels) {
     let height = pixels.len().div_ceil(width).next_multiple_of(rows);
     pixels.resize(width * height, [0; 4]);
     (name, width, pixels)
@@ -128,7 +128,7 @@ fn of_width(
 
 /// The bounds of the positions in the logarithmic space, and the low and high bytes of the 16 bits
 /// between them.
-fn means(scene: &Gaussians) -> ([[f64; 3]; 2], Pixels, Pixels) {
+fn means(scene: &Gaussians) -> ([[f64; 3]; 2], SogPixels, SogPixels) {
     let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for mean in &scene.means {
         let place = mean.map(logarithmic);
@@ -178,9 +178,9 @@ fn sh0(scene: &Gaussians, i: usize, dc: &Codebook) -> [u8; 4] {
 }
 
 /// The pictures of the palette and of the labels, and their table in `meta`.
-fn harmonics(scene: &Gaussians, meta: &mut Value) -> [(&'static str, usize, Pixels); 2] {
+fn harmonics(scene: &Gaussians, meta: &mut Value) -> [(&'static str, usize, SogPixels); 2] {
     let rest = rest_of(scene.sh_degree);
-    let palette = Palette::of(scene);
+    let palette = SogPalette::of(scene);
     let book = Codebook::of(palette.values.clone());
     meta["shN"] = json!({
         "count": palette.values.len() / (3 * rest),
@@ -188,7 +188,7 @@ fn harmonics(scene: &Gaussians, meta: &mut Value) -> [(&'static str, usize, Pixe
         "codebook": book.json(),
         "files": SH_N,
     });
-    let texels = |entry: &[f32]| -> Pixels {
+    let texels = |entry: &[f32]| -> SogPixels {
         let code = |i: usize| book.code(entry[i]);
         (0..rest).map(|c| [code(c), code(rest + c), code(2 * rest + c), OPAQUE]).collect()
     };

@@ -11,8 +11,8 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64Mcg;
 
-use super::layout::{Kind, Layout};
-use super::shape::Sample;
+use super::layout::{Layout, LayoutKind};
+use super::shape::ShapeSample;
 use super::texture::SUN;
 
 /// SH coefficients of degree 3, all channels.
@@ -64,13 +64,13 @@ const SHELL: Distributions =
 const FLOATERS: Distributions =
     Distributions { size: 0.7, long: 0.6, flat: 0.6, fuzz: 0.0, faint: 1.0, backing: 0.0 };
 
-const fn distributions(kind: Kind) -> &'static Distributions {
+const fn distributions(kind: LayoutKind) -> &'static Distributions {
     match kind {
-        Kind::Surface => &SURFACE,
-        Kind::Terrain => &TERRAIN,
-        Kind::Foliage => &FOLIAGE,
-        Kind::Shell => &SHELL,
-        Kind::Floaters => &FLOATERS,
+        LayoutKind::Surface => &SURFACE,
+        LayoutKind::Terrain => &TERRAIN,
+        LayoutKind::Foliage => &FOLIAGE,
+        LayoutKind::Shell => &SHELL,
+        LayoutKind::Floaters => &FLOATERS,
     }
 }
 
@@ -134,7 +134,7 @@ fn normal(rng: &mut Pcg64Mcg) -> f64 {
 }
 
 /// The quaternion (w, x, y, z) whose axes are: along, across, normal.
-fn orientation(sample: &Sample, rng: &mut Pcg64Mcg) -> [f32; 4] {
+fn orientation(sample: &ShapeSample, rng: &mut Pcg64Mcg) -> [f32; 4] {
     // Surfaces are not quite flat, and neither are trained Gaussians quite aligned with them.
     let wobble = DVec3::from_array(std::array::from_fn(|_| 0.12 * normal(rng)));
     let up = (sample.normal + wobble).normalize_or(DVec3::Z);

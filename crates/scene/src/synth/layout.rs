@@ -6,12 +6,12 @@ use rand_pcg::Pcg64Mcg;
 
 use super::preset::{Preset, Scenery};
 use super::scenery::{garden, room, street, toy};
-use super::shape::Shape;
+use super::shape::SynthShape;
 use super::texture::Look;
 
 /// How the Gaussians of a part are shaped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum LayoutKind {
     /// Flat discs on a surface.
     Surface,
     /// Ground: a surface without holes.
@@ -26,13 +26,13 @@ pub(super) enum Kind {
 
 /// A part of a scene.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct LayoutPart {
     /// Where its Gaussians are.
-    pub shape: Shape,
+    pub shape: SynthShape,
     /// Its colours.
     pub look: Look,
     /// How they are shaped.
-    pub kind: Kind,
+    pub kind: LayoutKind,
     /// How many of them, relative to the other parts.
     pub weight: f64,
     /// Standard deviation in units of the distance between neighbours.
@@ -43,7 +43,7 @@ pub(super) struct Part {
 #[derive(Debug)]
 pub(super) struct Layout {
     /// The parts.
-    pub parts: Vec<Part>,
+    pub parts: Vec<LayoutPart>,
     /// Cumulative weight, ending at 1.
     cumulative: Vec<f64>,
     /// Gaussians in the scene.
@@ -72,7 +72,7 @@ impl Layout {
     }
 
     /// A part, by weight, and the number of Gaussians that it is expected to get.
-    pub(crate) fn draw(&self, rng: &mut Pcg64Mcg) -> (&Part, f64) {
+    pub(crate) fn draw(&self, rng: &mut Pcg64Mcg) -> (&LayoutPart, f64) {
         let at: f64 = rng.random();
         let idx = self.cumulative.partition_point(|c| *c <= at).min(self.parts.len() - 1);
         let before = if idx == 0 { 0.0 } else { self.cumulative[idx - 1] };
@@ -85,27 +85,34 @@ impl Layout {
 #[derive(Debug, Default)]
 pub(super) struct Builder {
     /// The parts so far.
-    pub parts: Vec<Part>,
+    pub parts: Vec<LayoutPart>,
 }
 
 impl Builder {
     /// A surface whose weight is its area times `detail`.
-    pub(crate) fn surface(&mut self, shape: Shape, look: Look, detail: f64) {
+    pub(crate) fn surface(&mut self, shape: SynthShape, look: Look, detail: f64) {
         let weight = shape.area() * detail;
-        let ground = matches!(shape, Shape::Ground { .. });
-        let kind = if ground { Kind::Terrain } else { Kind::Surface };
-        self.parts.push(Part { shape, look, kind, weight, cover: SURFACE_COVER });
+        let ground = matches!(shape, SynthShape::Ground { .. });
+        let kind = if ground { LayoutKind::Terrain } else { LayoutKind::Surface };
+        self.parts.push(LayoutPart { shape, look, kind, weight, cover: SURFACE_COVER });
     }
 
     /// An upright box standing on `base` (centre of its lower face), turned by `yaw`.
     pub(crate) fn block(&mut self, base: DVec3, size: DVec3, yaw: f64, look: Look, detail: f64) {
         let centre = base + DVec3::new(0.0, 0.0, 0.5 * size.z);
-        self.surface(Shape::Block { centre, half: size * 0.5, yaw }, look, detail);
+        self.surface(SynthShape::Block { centre, half: size * 0.5, yaw }, look, detail);
     }
 
     /// A part with a weight of its own.
-    pub(crate) fn other(&mut self, shape: Shape, look: Look, kind: Kind, weight: f64, cover: f64) {
-        self.parts.push(Part { shape, look, kind, weight, cover });
+    pub(crate) fn other(
+        &mut self,
+        shape: SynthShape,
+        look: Look,
+        kind: LayoutKind,
+        weight: f64,
+        cover: f64,
+    ) {
+        self.parts.push(LayoutPart { shape, look, kind, weight, cover });
     }
 
     /// Scales the weights of everything from part `from` on so that they sum to `total`.

@@ -9,8 +9,8 @@ use glam::DVec3;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::layout::{Builder, Kind};
-use super::shape::Shape;
+use super::layout::{Builder, LayoutKind};
+use super::shape::SynthShape;
 use super::texture::{Look, Pattern};
 
 /// An even draw from `low` to `high`.
@@ -41,7 +41,7 @@ fn leaves() -> Look {
 fn tree(builder: &mut Builder, rng: &mut Pcg64Mcg, foot: DVec3, height: f64, detail: f64) {
     let bark = Look::matt([0.25, 0.18, 0.12], [0.42, 0.33, 0.25], Pattern::Noise, 0.2);
     let radius = 0.03 * height;
-    let trunk = Shape::Cylinder { base: foot, axis: DVec3::Z, radius, height: 0.5 * height };
+    let trunk = SynthShape::Cylinder { base: foot, axis: DVec3::Z, radius, height: 0.5 * height };
     builder.surface(trunk, bark, detail);
     for _ in 0..5 {
         let spread = 0.22 * height;
@@ -57,16 +57,22 @@ fn tree(builder: &mut Builder, rng: &mut Pcg64Mcg, foot: DVec3, height: f64, det
 
 /// A ball of leaves.
 fn bush(builder: &mut Builder, centre: DVec3, radius: DVec3, detail: f64) {
-    let crown = Shape::Crown { centre, radius, layers: 3.0 };
-    builder.other(crown, leaves(), Kind::Foliage, crown.area() * detail, 0.4);
+    let crown = SynthShape::Crown { centre, radius, layers: 3.0 };
+    builder.other(crown, leaves(), LayoutKind::Foliage, crown.area() * detail, 0.4);
 }
 
 fn sky(builder: &mut Builder, radius: f64, weight: f64) {
     let look = Look::matt([0.74, 0.80, 0.86], [0.36, 0.55, 0.85], Pattern::Sky, 0.3 * radius);
-    builder.other(Shape::Sky { centre: DVec3::ZERO, radius }, look, Kind::Shell, weight, 1.3);
+    builder.other(
+        SynthShape::Sky { centre: DVec3::ZERO, radius },
+        look,
+        LayoutKind::Shell,
+        weight,
+        1.3,
+    );
 }
 
 fn floaters(builder: &mut Builder, centre: DVec3, radius: f64, weight: f64) {
     let look = Look::matt([0.4, 0.4, 0.4], [0.6, 0.6, 0.55], Pattern::Noise, radius);
-    builder.other(Shape::Cloud { centre, radius }, look, Kind::Floaters, weight, 0.12);
+    builder.other(SynthShape::Cloud { centre, radius }, look, LayoutKind::Floaters, weight, 0.12);
 }

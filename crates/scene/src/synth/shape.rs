@@ -9,7 +9,7 @@ use rand_pcg::Pcg64Mcg;
 
 /// A shape, in world units; z is up.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Shape {
+pub(super) enum SynthShape {
     /// The six faces of an upright box, turned around z by `yaw` (radians).
     Block { centre: DVec3, half: DVec3, yaw: f64 },
     /// A cylinder with both caps, from `base` along the unit vector `axis`.
@@ -31,7 +31,7 @@ pub(super) enum Shape {
 
 /// A point of a shape.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(super) struct ShapeSample {
     /// Position.
     pub position: DVec3,
     /// Unit normal of the surface.
@@ -42,67 +42,67 @@ pub(super) struct Sample {
     pub density: f64,
 }
 
-impl Shape {
+impl SynthShape {
     /// Area that Gaussians are spread over.
     pub(crate) fn area(&self) -> f64 {
         match *self {
-            Shape::Block { half: h, .. } => 8.0 * (h.x * h.y + h.y * h.z + h.z * h.x),
-            Shape::Cylinder { radius, height, .. } => TAU * radius * (radius + height),
-            Shape::Ball { radius, .. } => 2.0 * TAU * radius * radius,
-            Shape::Ground { core, radius, .. } => ground_area(core, radius),
-            Shape::Grass { core, radius, layers, .. } => layers * ground_area(core, radius),
-            Shape::Crown { radius, layers, .. } => {
+            SynthShape::Block { half: h, .. } => 8.0 * (h.x * h.y + h.y * h.z + h.z * h.x),
+            SynthShape::Cylinder { radius, height, .. } => TAU * radius * (radius + height),
+            SynthShape::Ball { radius, .. } => 2.0 * TAU * radius * radius,
+            SynthShape::Ground { core, radius, .. } => ground_area(core, radius),
+            SynthShape::Grass { core, radius, layers, .. } => layers * ground_area(core, radius),
+            SynthShape::Crown { radius, layers, .. } => {
                 layers * 2.0 * TAU * (radius.x * radius.y * radius.z).powf(2.0 / 3.0)
             }
-            Shape::Sky { radius, .. } => TAU * radius * radius * (1.0 - SKY_LOWEST),
-            Shape::Cloud { radius, .. } => 2.0 * TAU * radius * radius,
+            SynthShape::Sky { radius, .. } => TAU * radius * radius * (1.0 - SKY_LOWEST),
+            SynthShape::Cloud { radius, .. } => 2.0 * TAU * radius * radius,
         }
     }
 
     /// Draws a point.
-    pub(crate) fn sample(&self, rng: &mut Pcg64Mcg) -> Sample {
+    pub(crate) fn sample(&self, rng: &mut Pcg64Mcg) -> ShapeSample {
         let even = 1.0 / self.area();
-        let at = |position, normal| Sample { position, normal, along: None, density: even };
+        let at = |position, normal| ShapeSample { position, normal, along: None, density: even };
         match *self {
-            Shape::Block { centre, half, yaw } => {
+            SynthShape::Block { centre, half, yaw } => {
                 let (point, normal) = block_point(half, rng);
                 let turn = DQuat::from_rotation_z(yaw);
                 at(centre + turn * point, turn * normal)
             }
-            Shape::Cylinder { base, axis, radius, height } => {
+            SynthShape::Cylinder { base, axis, radius, height } => {
                 let (point, normal) = cylinder_point(radius, height, rng);
                 let turn = DQuat::from_rotation_arc(DVec3::Z, axis);
                 at(base + turn * point, turn * normal)
             }
-            Shape::Ball { centre, radius } => {
+            SynthShape::Ball { centre, radius } => {
                 let normal = direction(rng);
                 at(centre + normal * radius, normal)
             }
-            Shape::Ground { centre, core, radius } => {
+            SynthShape::Ground { centre, core, radius } => {
                 let (offset, density) = ground_point(core, radius, rng);
-                Sample { density, ..at(centre + offset, DVec3::Z) }
+                ShapeSample { density, ..at(centre + offset, DVec3::Z) }
             }
-            Shape::Grass { centre, core, radius, height, layers } => {
+            SynthShape::Grass { centre, core, radius, height, layers } => {
                 let (offset, density) = ground_point(core, radius, rng);
                 let rise = height * rng.random::<f64>().powi(2);
                 let lean = direction(rng) * 0.45;
                 let along = (DVec3::Z + lean).normalize();
                 let normal = along.cross(direction(rng)).normalize_or(DVec3::X);
                 let position = centre + offset + DVec3::Z * rise;
-                Sample { position, normal, along: Some(along), density: density / layers }
+                ShapeSample { position, normal, along: Some(along), density: density / layers }
             }
-            Shape::Crown { centre, radius, .. } => {
+            SynthShape::Crown { centre, radius, .. } => {
                 let depth = rng.random::<f64>().powf(0.25);
                 at(centre + direction(rng) * depth * radius, direction(rng))
             }
-            Shape::Sky { centre, radius } => {
+            SynthShape::Sky { centre, radius } => {
                 let z = SKY_LOWEST + (1.0 - SKY_LOWEST) * rng.random::<f64>();
                 let angle = TAU * rng.random::<f64>();
                 let flat = (1.0 - z * z).sqrt();
                 let out = DVec3::new(flat * angle.cos(), flat * angle.sin(), z);
                 at(centre + out * radius * (0.85 + 0.3 * rng.random::<f64>()), -out)
             }
-            Shape::Cloud { centre, radius } => {
+            SynthShape::Cloud { centre, radius } => {
                 let depth = rng.random::<f64>().cbrt();
                 at(centre + direction(rng) * depth * radius, direction(rng))
             }

@@ -10,7 +10,7 @@ use powergs_core::accel::machine::DramModel;
 use serde::{Deserialize, Serialize};
 
 use super::Analysis;
-use super::designs::{self, Slice};
+use super::designs::{self, DesignSlice};
 use super::front::{beats, is_alike};
 use super::question::{Question, Scope};
 use super::table::{Over, Table};
@@ -198,17 +198,17 @@ impl Confirmation {
 }
 
 /// The rows of an energy table; none where it has no results.
-fn slice(table: &Table, label: &str, question: &Question) -> Slice {
-    let none = Slice { rows: Vec::new(), baseline: None };
+fn slice(table: &Table, label: &str, question: &Question) -> DesignSlice {
+    let none = DesignSlice { rows: Vec::new(), baseline: None };
     let code = table.energy_tables.find(label);
-    code.map_or(none, |code| Slice::of(table, code, &question.scope))
+    code.map_or(none, |code| DesignSlice::of(table, code, &question.scope))
 }
 
 /// Both sides of a comparison.
 struct Sides<'a, 't> {
     before: &'a Analysis<'t>,
     after: &'a Analysis<'t>,
-    slices: [Slice; 2],
+    slices: [DesignSlice; 2],
 }
 
 impl Sides<'_, '_> {

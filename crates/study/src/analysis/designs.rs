@@ -9,17 +9,17 @@ use crate::sweep::expr::{Expr, Value};
 
 /// The rows of one energy table and one scope, by point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Slice {
+pub struct DesignSlice {
     /// Rows of points, by the number of the point.
     pub rows: Vec<u32>,
     /// The row of the base machine.
     pub baseline: Option<u32>,
 }
 
-impl Slice {
+impl DesignSlice {
     /// The rows of the energy table with the code `energy_table` under `scope`. Of two rows of one
     /// point the first counts.
-    pub fn of(table: &Table, energy_table: u32, scope: &Scope) -> Slice {
+    pub fn of(table: &Table, energy_table: u32, scope: &Scope) -> DesignSlice {
         let trace = match scope {
             Scope::Trace(label) => table.traces.find(label),
             Scope::Mean | Scope::Worst => None,
@@ -40,7 +40,7 @@ impl Slice {
         rows.dedup_by_key(|row| point(row));
         // The base machine has the largest number.
         let baseline = rows.pop_if(|row| table.is_baseline(*row));
-        Slice { rows, baseline }
+        DesignSlice { rows, baseline }
     }
 
     /// The row of a point.
@@ -127,15 +127,15 @@ pub fn names(table: &Table) -> impl Iterator<Item = &str> {
 
 /// A condition over a table: what its names stand for in each row, and in which rows it has to
 /// hold.
-pub(crate) struct Held<'t, 'e> {
+pub(crate) struct DesignHeld<'t, 'e> {
     condition: &'e Expr,
-    columns: Vec<(&'e str, Source<'t>)>,
+    columns: Vec<(&'e str, DesignSource<'t>)>,
     /// Of every point and energy table the row of the mean and those of the traces.
     over: BTreeMap<(u64, u32), (Option<u32>, Vec<u32>)>,
     table: &'t Table,
 }
 
-impl<'t, 'e> Held<'t, 'e> {
+impl<'t, 'e> DesignHeld<'t, 'e> {
     /// Checks the names of a condition.
     ///
     /// # Errors
@@ -143,11 +143,11 @@ impl<'t, 'e> Held<'t, 'e> {
     pub(crate) fn new(
         table: &'t Table,
         condition: &'e Expr,
-    ) -> Result<Held<'t, 'e>, AnalysisError> {
+    ) -> Result<DesignHeld<'t, 'e>, AnalysisError> {
         check_names(table, condition)?;
-        let mut columns: Vec<(&str, Source)> = Vec::new();
+        let mut columns: Vec<(&str, DesignSource)> = Vec::new();
         for name in condition.names() {
-            columns.extend(Source::of(table, name).map(|source| (name, source)));
+            columns.extend(DesignSource::of(table, name).map(|source| (name, source)));
         }
         let mut over: BTreeMap<_, (Option<u32>, Vec<u32>)> = BTreeMap::new();
         for row in 0..table.len() as u32 {
@@ -159,7 +159,7 @@ impl<'t, 'e> Held<'t, 'e> {
                 Over::Worst => {}
             }
         }
-        Ok(Held { condition, columns, over, table })
+        Ok(DesignHeld { condition, columns, over, table })
     }
 
     fn value(&self, name: &str, row: u32) -> Option<Value> {
@@ -226,7 +226,7 @@ pub(crate) fn meeting(
     condition: &Expr,
     rows: &[u32],
 ) -> Result<Vec<u32>, AnalysisError> {
-    let held = Held::new(table, condition)?;
+    let held = DesignHeld::new(table, condition)?;
     let mut kept = Vec::new();
     for &row in rows {
         if held.holds(row)? {
@@ -238,7 +238,7 @@ pub(crate) fn meeting(
 
 /// The design that misses a condition least, and which part of it it misses where.
 pub(crate) fn nearest(table: &Table, condition: &Expr, rows: &[u32]) -> Option<String> {
-    let held = Held::new(table, condition).ok()?;
+    let held = DesignHeld::new(table, condition).ok()?;
     let missed = |&row: &u32| held.missed_by(row).map(|(share, at)| (share, at, row));
     let all = rows.iter().filter_map(missed).filter(|(share, ..)| share.is_finite());
     let (share, at, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -246,7 +246,7 @@ pub(crate) fn nearest(table: &Table, condition: &Expr, rows: &[u32]) -> Option<S
         conjuncts(condition.text()).iter().filter_map(|text| Expr::parse(text).ok()).collect();
     let worst = parts
         .iter()
-        .filter_map(|part| Some((part, Held::new(table, part).ok()?.missed_by(row)?.0)));
+        .filter_map(|part| Some((part, DesignHeld::new(table, part).ok()?.missed_by(row)?.0)));
     let (part, _) = worst.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let values: Vec<String> = part
         .names()
@@ -303,8 +303,8 @@ pub(super) fn computed(table: &Table, objective: &Objective) -> Result<Vec<f64>,
     }
     let expr = Expr::parse(&objective.name).map_err(|e| wrong(&e))?;
     check_names(table, &expr)?;
-    let sources: Vec<(&str, Source)> =
-        expr.names().into_iter().filter_map(|n| Some((n, Source::of(table, n)?))).collect();
+    let sources: Vec<(&str, DesignSource)> =
+        expr.names().into_iter().filter_map(|n| Some((n, DesignSource::of(table, n)?))).collect();
     if sources.is_empty() {
         return Err(wrong(&"no column in it: it is the same for all designs"));
     }
@@ -316,7 +316,7 @@ pub(super) fn computed(table: &Table, objective: &Objective) -> Result<Vec<f64>,
 }
 
 /// Where the values of a name come from.
-enum Source<'t> {
+enum DesignSource<'t> {
     Numbers(&'t [f64]),
     Words(&'t Words),
     /// A metric of another energy table: the row there of every row.
@@ -336,31 +336,31 @@ fn counterparts(table: &Table, energy_table: u32) -> Vec<Option<u32>> {
     rows().map(|row| there.get(&key(row)).copied()).collect()
 }
 
-impl<'t> Source<'t> {
-    fn of(table: &'t Table, name: &str) -> Option<Source<'t>> {
+impl<'t> DesignSource<'t> {
+    fn of(table: &'t Table, name: &str) -> Option<DesignSource<'t>> {
         if let Some(words) = table.axis(name) {
-            return Some(Source::Words(words));
+            return Some(DesignSource::Words(words));
         }
         if let Some((code, column)) = of_table(table, name) {
-            return Some(Source::Other(table.numbers(column)?, counterparts(table, code)));
+            return Some(DesignSource::Other(table.numbers(column)?, counterparts(table, code)));
         }
         match &table.metrics.iter().find(|c| c.name == name)?.values {
-            Values::Numbers(numbers) => Some(Source::Numbers(numbers)),
-            Values::Words(words) => Some(Source::Words(words)),
+            Values::Numbers(numbers) => Some(DesignSource::Numbers(numbers)),
+            Values::Words(words) => Some(DesignSource::Words(words)),
         }
     }
 
     /// `64 KiB` is a number here, so that conditions on axes compare sizes.
     fn value(&self, row: u32) -> Option<Value> {
         match self {
-            Source::Numbers(numbers) => {
+            DesignSource::Numbers(numbers) => {
                 Some(numbers[row as usize]).filter(|x| !x.is_nan()).map(Value::Number)
             }
-            Source::Other(numbers, rows) => {
+            DesignSource::Other(numbers, rows) => {
                 let number = numbers[rows[row as usize]? as usize];
                 Some(number).filter(|x| !x.is_nan()).map(Value::Number)
             }
-            Source::Words(words) => {
+            DesignSource::Words(words) => {
                 let text = || Value::Text(words.word(row).to_owned());
                 Some(words.number(row).map_or_else(text, Value::Number))
             }

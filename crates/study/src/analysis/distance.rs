@@ -1,7 +1,7 @@
 //! How far a design is from the front, and what the front offers instead.
 
 use super::front::{Costs, beats};
-use super::knee::Scaling;
+use super::knee::KneeScaling;
 
 /// A design that beats another.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Distance {
 pub fn distance(
     costs: &Costs,
     members: &[usize],
-    scaling: &Scaling,
+    scaling: &KneeScaling,
     of: &[f64],
     epsilon: f64,
 ) -> Distance {

@@ -12,7 +12,7 @@ use super::front::{self, Costs};
 
 /// The scale of the costs of a front.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scaling {
+pub struct KneeScaling {
     /// Smallest cost on the front, by objective.
     pub best: Vec<f64>,
     /// From there to the largest on the front; if all are equal there, to the largest of all
@@ -20,9 +20,9 @@ pub struct Scaling {
     pub range: Vec<f64>,
 }
 
-impl Scaling {
+impl KneeScaling {
     /// The scale of `costs` with the front `members`.
-    pub fn of(costs: &Costs, members: &[usize]) -> Scaling {
+    pub fn of(costs: &Costs, members: &[usize]) -> KneeScaling {
         let k = costs.objectives();
         let fold = |designs: &mut dyn Iterator<Item = usize>| {
             let mut ends = vec![(f64::INFINITY, f64::NEG_INFINITY); k];
@@ -39,7 +39,7 @@ impl Scaling {
             let range = if high > low { high - low } else { highest - low };
             if range.is_finite() { range.max(0.0) } else { 0.0 }
         };
-        Scaling {
+        KneeScaling {
             best: front.iter().map(|(low, _)| *low).collect(),
             range: front.iter().zip(&all).map(range).collect(),
         }
@@ -64,7 +64,7 @@ impl Scaling {
 /// the smallest merit is kept, the first of equals.
 pub fn front(costs: &Costs, epsilon: f64) -> Vec<usize> {
     let mut members = front::front(costs);
-    let scaling = Scaling::of(costs, &members);
+    let scaling = KneeScaling::of(costs, &members);
     let merit = |d: &usize| scaling.merit(costs.of(*d));
     // Stable, so that of equals the first point comes first.
     members.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
@@ -74,14 +74,14 @@ pub fn front(costs: &Costs, epsilon: f64) -> Vec<usize> {
 }
 
 /// The design with the smallest merit, the first of equals; `None` for an empty front.
-pub fn knee(costs: &Costs, members: &[usize], scaling: &Scaling) -> Option<usize> {
+pub fn knee(costs: &Costs, members: &[usize], scaling: &KneeScaling) -> Option<usize> {
     let merit = |design: &usize| scaling.merit(costs.of(*design));
     members.iter().copied().min_by(|a, b| merit(a).total_cmp(&merit(b)))
 }
 
 /// The end of the front for every objective: the design with the smallest cost there, of equals
 /// the one with the smallest merit.
-pub fn ends(costs: &Costs, members: &[usize], scaling: &Scaling) -> Vec<usize> {
+pub fn ends(costs: &Costs, members: &[usize], scaling: &KneeScaling) -> Vec<usize> {
     let end = |j: usize| {
         let key = |d: usize| (costs.of(d)[j], scaling.merit(costs.of(d)));
         members.iter().copied().min_by(|&a, &b| {

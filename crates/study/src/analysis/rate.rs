@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use super::designs::Slice;
+use super::designs::DesignSlice;
 use super::front::is_alike;
 use super::question::{Misses, Scope};
 use super::table::Table;
@@ -30,7 +30,7 @@ impl Late {
             Scope::Mean | Scope::Worst => &Scope::Mean,
             Scope::Trace(_) => scope,
         };
-        let slice = Slice::of(table, energy_table, scope);
+        let slice = DesignSlice::of(table, energy_table, scope);
         let late = |row: u32| {
             table.number("deadline_missed_frac", row).filter(|share| *share > 0.0)?;
             let times = ["frame_time_ms.max", "frame_time_ms.mean"];

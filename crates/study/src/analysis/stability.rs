@@ -9,9 +9,9 @@ pub mod rank;
 
 use std::collections::BTreeMap;
 
-use super::designs::{Slice, meeting, with_costs};
+use super::designs::{DesignSlice, meeting, with_costs};
 use super::front::Costs;
-use super::knee::{Scaling, front};
+use super::knee::{KneeScaling, front};
 use super::question::{AnalysisError, Question, Scope};
 use super::rate::Late;
 use super::table::Table;
@@ -42,7 +42,7 @@ impl Ranking {
         let mut first_costs = Costs::new(costs.objectives());
         first.iter().for_each(|&d| first_costs.push(costs.of(d)));
         let front: Vec<usize> = front(&first_costs, question.epsilon);
-        let scaling = Scaling::of(&first_costs, &front);
+        let scaling = KneeScaling::of(&first_costs, &front);
         let front: Vec<usize> = front.into_iter().map(|place| first[place]).collect();
         let merit = |d: usize| scaling.merit(costs.of(d));
         // A design off the front can have a smaller merit than the knee by noise only.
@@ -185,7 +185,7 @@ impl Here<'_> {
     ) -> Result<Option<(Alternative, Vec<u64>)>, AnalysisError> {
         let (table, question) = (self.table, self.question);
         let point = |row: u32| table.points[row as usize];
-        let slice = Slice::of(table, self.energy_table, &self.scope);
+        let slice = DesignSlice::of(table, self.energy_table, &self.scope);
         let ranked: Vec<u32> =
             reference.rows.iter().filter_map(|&row| slice.row(table, point(row))).collect();
         let late = Late::of(table, self.energy_table, &self.scope, question.misses);

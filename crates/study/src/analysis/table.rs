@@ -93,7 +93,7 @@ impl Over {
 
 /// Points by what became of them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct TableCounts {
     /// Points that were simulated on every trace.
     pub ok: usize,
     /// Points that are configurations which cannot exist.
@@ -134,7 +134,7 @@ pub struct Table {
     /// Names of all metrics in the file, for suggestions.
     pub metric_names: Vec<String>,
     /// What became of the points.
-    pub counts: Counts,
+    pub counts: TableCounts,
     /// Why points are invalid or failed: an example of each reason, with the number of points, the
     /// most frequent first.
     pub reasons: Vec<(String, usize)>,

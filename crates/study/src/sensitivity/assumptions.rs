@@ -6,7 +6,7 @@ use powergs_base::config::knob;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, Frames, RunError, System, SystemSpec, Watch};
 
-use super::measure::{Machines, Measurements};
+use super::measure::{MeasuredMachines, SensitivityMeasurements};
 use crate::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Sensitivity};
 
 /// Every assumption of `docs/model.md` that has a knob, perturbed one at a time.
@@ -31,7 +31,7 @@ impl AssumptionStudy<'_> {
         lists: &mut [F],
         watch: &dyn Watch,
     ) -> Result<Option<Sensitivity>, RunError> {
-        let mut machines = Machines::new(self.system);
+        let mut machines = MeasuredMachines::new(self.system);
         let wanted = |n: &u32| self.only.is_empty() || self.only.contains(n);
         let all = assumptions().iter().map(|(n, a)| (*n, a)).filter(|(n, _)| wanted(n));
         let (perturbed, fixed) = self.perturbed(&mut machines, all);
@@ -49,7 +49,7 @@ impl AssumptionStudy<'_> {
     /// The knobs of these assumptions on the machine, and the assumptions that have none on it.
     fn perturbed(
         &self,
-        machines: &mut Machines,
+        machines: &mut MeasuredMachines,
         all: impl Iterator<Item = (u32, &'static Assumption)>,
     ) -> (Vec<PerturbedKnob>, Vec<Fixed>) {
         let (mut perturbed, mut fixed) = (Vec::new(), Vec::new());
@@ -74,7 +74,7 @@ impl AssumptionStudy<'_> {
 }
 
 /// A knob at another value.
-struct Perturbation {
+struct AssumptionPerturbation {
     /// What the keys are set to, as in a file.
     value: String,
     /// Place of the machine with it; or why that is invalid.
@@ -91,15 +91,15 @@ struct PerturbedKnob {
     /// Place of the machine that the perturbations are compared with.
     base: usize,
     /// Down.
-    low: Option<Perturbation>,
+    low: Option<AssumptionPerturbation>,
     /// Up, or to another name.
-    high: Option<Perturbation>,
+    high: Option<AssumptionPerturbation>,
 }
 
 impl PerturbedKnob {
     /// What it does to the frames that were measured.
-    fn row(&self, measured: &Measurements) -> KnobEffect {
-        let side = |perturbation: &Perturbation| KnobSetting {
+    fn row(&self, measured: &SensitivityMeasurements) -> KnobEffect {
+        let side = |perturbation: &AssumptionPerturbation| KnobSetting {
             value: perturbation.value.clone(),
             outcomes: perturbation.machine.clone().map(|place| measured.outcomes(place)),
         };
@@ -130,7 +130,7 @@ fn short(values: &[String]) -> String {
 /// The perturbations of a knob; or why the machine has none.
 fn of_knob(
     system: &System,
-    machines: &mut Machines,
+    machines: &mut MeasuredMachines,
     number: u32,
     assumption: &'static Assumption,
     knob: &'static Knob,
@@ -143,7 +143,7 @@ fn of_knob(
     }
     let mut added = |changed: Option<(String, Result<System, String>)>| {
         let (value, system) = changed?;
-        Some(Perturbation { value, machine: system.map(|system| machines.add(system)) })
+        Some(AssumptionPerturbation { value, machine: system.map(|system| machines.add(system)) })
     };
     let set = |text: &str| {
         let value = knob::written(text);
@@ -154,7 +154,7 @@ fn of_knob(
         Turn::Set(text) => added(set(&text)),
         Turn::Times(factor) => added(scaled(factor)),
     };
-    let sides: Vec<[Option<Perturbation>; 2]> = match knob.turns() {
+    let sides: Vec<[Option<AssumptionPerturbation>; 2]> = match knob.turns() {
         Some(turns) => vec![turns.map(side)],
         None => {
             let names = knob.values.iter().flatten();
@@ -171,7 +171,7 @@ fn of_knob(
     }
     let value = short(&has);
     let base = own.map_or(0, |own| machines.add(own));
-    let perturbed = |[low, high]: [Option<Perturbation>; 2]| {
+    let perturbed = |[low, high]: [Option<AssumptionPerturbation>; 2]| {
         let value = value.clone();
         PerturbedKnob { number, assumption, knob, value, base, low, high }
     };

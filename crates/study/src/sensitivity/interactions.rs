@@ -7,11 +7,11 @@ use powergs_core::run::{Change, Frames, RunError, System, Watch};
 use rayon::prelude::*;
 
 use super::levels::FactorLevels;
-use super::measure::Machines;
+use super::measure::MeasuredMachines;
 use crate::analysis::{indices, morris};
 use crate::findings::cost::Cost;
 use crate::findings::sensitivity::Measure;
-use crate::findings::sensitivity::interactions::{Interactions, Point, Results};
+use crate::findings::sensitivity::interactions::{InteractionPoint, Interactions, Results};
 
 /// The most machines of one experiment: about a gigabyte of them.
 const MOST: usize = 100_000;
@@ -56,7 +56,7 @@ impl InteractionStudy {
     /// Takes the frames through the machines of a sample; `None` if not even one frame was done.
     ///
     /// # Errors
-    /// [`RunError::Request`]: too many machines, or none; otherwise as [`Machines::measure`].
+    /// [`RunError::Request`]: too many machines, or none; otherwise as [`MeasuredMachines::measure`].
     pub(super) fn run<F: Frames>(
         &self,
         base: &System,
@@ -70,8 +70,8 @@ impl InteractionStudy {
             let what = format!("--samples: up to {most} machines are more than {MOST}");
             return Err(RunError::Request(what));
         }
-        let mut pool = Pool { base, factors, known: HashMap::new() };
-        let sample = Sample::draw(self, &mut pool);
+        let mut pool = InteractionPool { base, factors, known: HashMap::new() };
+        let sample = InteractionSample::draw(self, &mut pool);
         let all = sample.points(factors);
         if all.is_empty() {
             let what = "--keys: hardly any combination of these values is a machine; narrow them";
@@ -80,15 +80,15 @@ impl InteractionStudy {
         let mut distinct = all.clone();
         distinct.sort();
         distinct.dedup();
-        let mut machines = Machines::new(base);
+        let mut machines = MeasuredMachines::new(base);
         for point in &distinct {
             machines.add(*pool.known.remove(point).flatten().expect("a valid point"));
         }
         let measured = machines.measure(lists, display_fps, watch)?;
         let Some(measured) = measured else { return Ok(None) };
         let outcome = |place: usize| Cost::mean(&measured.outcomes(place));
-        let points: Vec<Point> = (distinct.iter().enumerate())
-            .map(|(i, p)| Point { levels: p.clone(), outcome: outcome(i + 1) })
+        let points: Vec<InteractionPoint> = (distinct.iter().enumerate())
+            .map(|(i, p)| InteractionPoint { levels: p.clone(), outcome: outcome(i + 1) })
             .collect();
         let find = |p: &Vec<usize>| points[distinct.binary_search(p).expect("it is there")].outcome;
         let outcomes: Vec<Cost> = all.iter().map(find).collect();
@@ -109,13 +109,13 @@ impl InteractionStudy {
 }
 
 /// The machines of all points so far.
-struct Pool<'a> {
+struct InteractionPool<'a> {
     base: &'a System,
     factors: &'a [FactorLevels],
     known: HashMap<Vec<usize>, Option<Box<System>>>,
 }
 
-impl Pool<'_> {
+impl InteractionPool<'_> {
     fn machine(&self, levels: &[usize]) -> Option<Box<System>> {
         let set = self.factors.iter().zip(levels);
         let changes: Vec<Change> = set.map(|(f, &l)| f.key.change(&f.levels[l])).collect();
@@ -152,13 +152,13 @@ fn levels(factors: &[FactorLevels], point: &[f64]) -> Vec<usize> {
 }
 
 /// The points of the sample, and what to make of the outcomes.
-enum Sample {
+enum InteractionSample {
     Morris(morris::Design),
     Sobol(indices::Design),
 }
 
-impl Sample {
-    fn draw(study: &InteractionStudy, pool: &mut Pool) -> Sample {
+impl InteractionSample {
+    fn draw(study: &InteractionStudy, pool: &mut InteractionPool) -> InteractionSample {
         let (factors, count, seed) = (pool.factors, study.count(), study.seed);
         match study.method {
             Method::Morris => {
@@ -166,14 +166,16 @@ impl Sample {
                 // Most points of the first draw stay: their machines are made in parallel.
                 let first = morris::Design::new(&n, count, seed, |_| true);
                 pool.prepare(first.points().map(<[usize]>::to_vec));
-                Sample::Morris(morris::Design::new(&n, count, seed, |p| pool.is_machine(p)))
+                InteractionSample::Morris(morris::Design::new(&n, count, seed, |p| {
+                    pool.is_machine(p)
+                }))
             }
             Method::Sobol => {
                 let n = factors.len();
                 let first = indices::Design::new(n, count, seed, |_| true);
                 pool.prepare(first.points().map(|p| levels(factors, &p)));
                 let valid = |p: &[f64]| pool.is_machine(&levels(factors, p));
-                Sample::Sobol(indices::Design::new(n, count, seed, valid))
+                InteractionSample::Sobol(indices::Design::new(n, count, seed, valid))
             }
         }
     }
@@ -181,16 +183,18 @@ impl Sample {
     /// The levels of all points, in order, some more than once.
     fn points(&self, factors: &[FactorLevels]) -> Vec<Vec<usize>> {
         match self {
-            Sample::Morris(design) => design.points().map(<[usize]>::to_vec).collect(),
-            Sample::Sobol(design) => design.points().map(|p| levels(factors, &p)).collect(),
+            InteractionSample::Morris(design) => design.points().map(<[usize]>::to_vec).collect(),
+            InteractionSample::Sobol(design) => {
+                design.points().map(|p| levels(factors, &p)).collect()
+            }
         }
     }
 
     /// Samples that came out, and those that were drawn again.
     fn counts(&self) -> (usize, usize) {
         match self {
-            Sample::Morris(design) => (design.trajectories.len(), design.redrawn),
-            Sample::Sobol(design) => (design.rows(), design.redrawn),
+            InteractionSample::Morris(design) => (design.trajectories.len(), design.redrawn),
+            InteractionSample::Sobol(design) => (design.rows(), design.redrawn),
         }
     }
 
@@ -202,10 +206,10 @@ impl Sample {
             outcomes.iter().map(of).collect()
         };
         match self {
-            Sample::Morris(design) => {
+            InteractionSample::Morris(design) => {
                 Results::Morris(measures.map(|m| (m, design.effects(&values(m)))).collect())
             }
-            Sample::Sobol(design) => {
+            InteractionSample::Sobol(design) => {
                 Results::Sobol(measures.map(|m| (m, design.indices(&values(m), seed))).collect())
             }
         }

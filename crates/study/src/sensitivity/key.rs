@@ -42,7 +42,7 @@ pub(super) struct Key {
 
 /// A key with another value.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
+pub(super) struct KeyCandidate {
     /// How far.
     pub(super) reach: Reach,
     /// The value.
@@ -88,9 +88,9 @@ impl Key {
     }
 
     /// The values that it is perturbed to, each with the machine.
-    pub(super) fn candidates(&self, base: &System, step: f64) -> Vec<Candidate> {
+    pub(super) fn candidates(&self, base: &System, step: f64) -> Vec<KeyCandidate> {
         if !self.is_number() {
-            let one = |value: &Value| Candidate {
+            let one = |value: &Value| KeyCandidate {
                 reach: Reach::Name,
                 value: value.clone(),
                 ratio: None,
@@ -108,7 +108,7 @@ impl Key {
     }
 
     /// The first of some factors that is a machine; if none is, the first with the reason.
-    fn first(&self, base: &System, reach: Reach, factors: &[f64]) -> Option<Candidate> {
+    fn first(&self, base: &System, reach: Reach, factors: &[f64]) -> Option<KeyCandidate> {
         let mut refused = None;
         let mut tried: Vec<Value> = Vec::new();
         for &factor in factors {
@@ -121,7 +121,7 @@ impl Key {
             tried.push(value.clone());
             let system = self.set(base, &value);
             let is_valid = system.is_ok();
-            let candidate = Candidate { reach, value, ratio, system };
+            let candidate = KeyCandidate { reach, value, ratio, system };
             if is_valid {
                 return Some(candidate);
             }
@@ -217,6 +217,6 @@ fn others(path: &str, value: &Value, docs: &[KeyDoc]) -> Vec<Value> {
 }
 
 /// All keys with their candidates, in the order of the files.
-pub(super) fn candidates(keys: &[Key], base: &System, step: f64) -> Vec<Vec<Candidate>> {
+pub(super) fn candidates(keys: &[Key], base: &System, step: f64) -> Vec<Vec<KeyCandidate>> {
     keys.par_iter().map(|key| key.candidates(base, step)).collect()
 }

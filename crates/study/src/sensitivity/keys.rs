@@ -7,7 +7,7 @@ use powergs_core::run::{Frames, RunError, System, Watch};
 use super::interactions::InteractionStudy;
 use super::key::{self, Key};
 use super::levels::{self, KeySelection};
-use super::measure::Machines;
+use super::measure::MeasuredMachines;
 use crate::findings::sensitivity::interactions::Interactions;
 use crate::findings::sensitivity::keys::{KeyRow, Keys, Perturbation, Reach};
 
@@ -38,7 +38,7 @@ pub struct KeyResults {
 }
 
 /// A perturbation, with the place of its machine.
-struct Placed {
+struct PlacedKey {
     reach: Reach,
     value: String,
     ratio: Option<f64>,
@@ -62,17 +62,17 @@ impl KeyStudy<'_> {
         if !self.keys.is_empty() {
             not_tried.clear();
         }
-        let mut machines = Machines::new(self.system);
+        let mut machines = MeasuredMachines::new(self.system);
         let placed = self.perturbed(&all, &mut machines);
         let measured = machines.measure(lists, self.display_fps, watch)?;
         let Some(measured) = measured else { return Ok(None) };
-        let perturbation = |placed: Placed| Perturbation {
+        let perturbation = |placed: PlacedKey| Perturbation {
             reach: placed.reach,
             value: placed.value,
             ratio: placed.ratio,
             outcomes: placed.machine.map(|place| measured.outcomes(place)),
         };
-        let row = |(key, placed): (&Key, Vec<Placed>)| KeyRow {
+        let row = |(key, placed): (&Key, Vec<PlacedKey>)| KeyRow {
             file: key.file.name(),
             key: key.path.clone(),
             value: knob::shown(&key.value),
@@ -100,8 +100,8 @@ impl KeyStudy<'_> {
     }
 
     /// The perturbations of all keys, in the order of the files.
-    fn perturbed(&self, keys: &[Key], machines: &mut Machines) -> Vec<Vec<Placed>> {
-        let mut place = |candidate: key::Candidate| Placed {
+    fn perturbed(&self, keys: &[Key], machines: &mut MeasuredMachines) -> Vec<Vec<PlacedKey>> {
+        let mut place = |candidate: key::KeyCandidate| PlacedKey {
             reach: candidate.reach,
             value: knob::shown(&candidate.value),
             ratio: candidate.ratio,

@@ -6,12 +6,12 @@ use crate::findings::cost::{Cost, CostSum};
 use crate::findings::sensitivity::Traced;
 
 /// The machines of an experiment; the first is the one that is perturbed.
-pub(super) struct Machines(Vec<System>);
+pub(super) struct MeasuredMachines(Vec<System>);
 
-impl Machines {
+impl MeasuredMachines {
     /// The machine that is perturbed.
-    pub(super) fn new(base: &System) -> Machines {
-        Machines(vec![base.clone()])
+    pub(super) fn new(base: &System) -> MeasuredMachines {
+        MeasuredMachines(vec![base.clone()])
     }
 
     /// Adds a machine and returns its place.
@@ -29,7 +29,7 @@ impl Machines {
         lists: &mut [F],
         display_fps: f64,
         watch: &dyn Watch,
-    ) -> Result<Option<Measurements>, RunError> {
+    ) -> Result<Option<SensitivityMeasurements>, RunError> {
         let mut traces = Vec::new();
         for list in lists {
             if watch.is_cancelled() {
@@ -37,7 +37,7 @@ impl Machines {
             }
             traces.extend(self.on_list(list, display_fps, watch)?);
         }
-        Ok((!traces.is_empty()).then_some(Measurements(traces)))
+        Ok((!traces.is_empty()).then_some(SensitivityMeasurements(traces)))
     }
 
     fn on_list(
@@ -69,9 +69,9 @@ struct OnTrace {
 }
 
 /// What every machine costs on every list of frames.
-pub(super) struct Measurements(Vec<OnTrace>);
+pub(super) struct SensitivityMeasurements(Vec<OnTrace>);
 
-impl Measurements {
+impl SensitivityMeasurements {
     /// What the machine at a place costs, by list.
     pub(super) fn outcomes(&self, place: usize) -> Vec<Cost> {
         self.0.iter().map(|trace| trace.outcomes[place]).collect()

@@ -21,7 +21,7 @@ pub struct Axis {
     /// Its name in results: the key, that of the first key, or its own.
     pub name: String,
     /// The steps, in order.
-    pub steps: Vec<Step>,
+    pub steps: Vec<AxisStep>,
     /// Whether neighbouring steps are alike: numbers, not names.
     pub ordered: bool,
     /// Where it counts.
@@ -32,7 +32,7 @@ pub struct Axis {
 
 /// One step of an axis.
 #[derive(Debug, Clone)]
-pub struct Step {
+pub struct AxisStep {
     /// Name of a variant; a value, or several, of the other axes.
     pub label: String,
     /// What is set.
@@ -47,12 +47,12 @@ impl Axis {
 }
 
 /// Problems with their places.
-pub(super) struct Found<'a> {
+pub(super) struct AxisFound<'a> {
     pub(super) places: Places<'a>,
     pub(super) problems: Vec<Problem>,
 }
 
-impl Found<'_> {
+impl AxisFound<'_> {
     pub(super) fn wrong(&mut self, path: &str, message: impl Into<String>) {
         if self.problems.len() < powergs_base::config::error::PROBLEMS_MAX {
             self.problems.push(self.places.problem(path, message.into()));
@@ -70,7 +70,7 @@ pub(super) fn value(
     key: &'static Key,
     value: &Value,
     path: &str,
-    found: &mut Found<'_>,
+    found: &mut AxisFound<'_>,
 ) -> Option<(&'static Key, Value)> {
     let read = key.domain().read(value).map_err(|message| about(key, &message));
     found.ok(path, read).map(|value| (key, value))
@@ -86,7 +86,7 @@ pub(super) fn about(key: &Key, message: &str) -> String {
 pub(super) fn settings(
     given: &Settings,
     path: &str,
-    found: &mut Found<'_>,
+    found: &mut AxisFound<'_>,
 ) -> Vec<(&'static Key, Value)> {
     let mut all: Vec<(&'static Key, Value)> = Vec::new();
     for (name, raw) in &given.0 {
@@ -101,7 +101,7 @@ pub(super) fn settings(
 }
 
 /// Reads one axis; `None` if nothing can be made of it.
-pub(super) fn axis(spec: &AxisSpec, number: usize, found: &mut Found<'_>) -> Option<Axis> {
+pub(super) fn axis(spec: &AxisSpec, number: usize, found: &mut AxisFound<'_>) -> Option<Axis> {
     let at = format!("axes.{number}");
     let before = found.problems.len();
     let forms =
@@ -143,7 +143,7 @@ pub(super) fn axis(spec: &AxisSpec, number: usize, found: &mut Found<'_>) -> Opt
 }
 
 /// The values of a list, each once.
-fn list(key: &'static Key, values: &[Value], path: &str, found: &mut Found<'_>) -> Vec<Value> {
+fn list(key: &'static Key, values: &[Value], path: &str, found: &mut AxisFound<'_>) -> Vec<Value> {
     let mut all: Vec<Value> = Vec::new();
     let mut seen = BTreeSet::new();
     for (i, raw) in values.iter().enumerate() {
@@ -161,7 +161,7 @@ fn shown(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-fn plain(spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option<Axis> {
+fn plain(spec: &AxisSpec, at: &str, found: &mut AxisFound<'_>) -> Option<Axis> {
     let name = spec.key.as_deref().unwrap_or_default();
     let key = found.ok(&format!("{at}.key"), Key::find(name))?;
     let values = match (&spec.values, &spec.range) {
@@ -172,7 +172,7 @@ fn plain(spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option<Axis> {
         (None, Some(range)) => found.ok(&format!("{at}.range"), range::values(key, range))?,
         (None, None) => return None,
     };
-    let step = |value: Value| Step { label: shown(&value), settings: vec![(key, value)] };
+    let step = |value: Value| AxisStep { label: shown(&value), settings: vec![(key, value)] };
     Some(Axis {
         name: spec.name.clone().unwrap_or_else(|| key.to_string()),
         steps: values.into_iter().map(step).collect(),
@@ -182,12 +182,12 @@ fn plain(spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option<Axis> {
     })
 }
 
-fn zipped(zip: &Zip, spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option<Axis> {
+fn zipped(zip: &Zip, spec: &AxisSpec, at: &str, found: &mut AxisFound<'_>) -> Option<Axis> {
     let mut rows: Vec<(&'static Key, Vec<Value>)> = Vec::new();
     for (name, row) in &zip.0 {
         let path = format!("{at}.zip.{name}");
         let Some(key) = found.ok(&path, Key::find(name)) else { continue };
-        let read = |v: &Value, i: usize, found: &mut Found<'_>| {
+        let read = |v: &Value, i: usize, found: &mut AxisFound<'_>| {
             value(key, v, &format!("{path}.{i}"), found).map(|(_, value)| value)
         };
         let values = match row {
@@ -216,7 +216,7 @@ fn zipped(zip: &Zip, spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option
     let step = |i: usize| {
         let settings: Vec<_> = rows.iter().map(|(key, values)| (*key, values[i].clone())).collect();
         let label: Vec<String> = settings.iter().map(|(_, value)| shown(value)).collect();
-        Step { label: label.join(", "), settings }
+        AxisStep { label: label.join(", "), settings }
     };
     Some(Axis {
         name: spec.name.clone().unwrap_or_else(|| first.to_string()),
@@ -227,8 +227,8 @@ fn zipped(zip: &Zip, spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option
     })
 }
 
-fn named(variants: &[VariantSpec], spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Axis {
-    let mut steps: Vec<Step> = Vec::new();
+fn named(variants: &[VariantSpec], spec: &AxisSpec, at: &str, found: &mut AxisFound<'_>) -> Axis {
+    let mut steps: Vec<AxisStep> = Vec::new();
     for (i, variant) in variants.iter().enumerate() {
         let path = format!("{at}.variants.{i}");
         let label = variant.name.clone();
@@ -239,7 +239,7 @@ fn named(variants: &[VariantSpec], spec: &AxisSpec, at: &str, found: &mut Found<
             found.wrong(&format!("{path}.name"), format!("a second variant `{label}`"));
         }
         let settings = settings(&variant.set, &format!("{path}.set"), found);
-        steps.push(Step { label, settings });
+        steps.push(AxisStep { label, settings });
     }
     let name = spec.name.clone().unwrap_or_default();
     Axis { name, steps, ordered: false, when: None, has_names: true }
@@ -250,7 +250,7 @@ fn named(variants: &[VariantSpec], spec: &AxisSpec, at: &str, found: &mut Found<
 pub(super) fn between(
     axes: &[(usize, Axis)],
     taken: &[(String, &'static Key)],
-    found: &mut Found<'_>,
+    found: &mut AxisFound<'_>,
 ) {
     let mut names: Vec<&str> = Vec::new();
     let mut keys: Vec<(String, &'static Key)> = taken.to_vec();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use toml::Value;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::library::Document;
+use super::library::LibraryDocument;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost::untimed;
 use powergs_dram::Device;
@@ -20,17 +20,17 @@ pub struct Design {
     /// The machine, linked to its DRAM device.
     pub machine: Machine,
     /// One for every energy table of the sweep, in its order; at least one has prices.
-    pub prices: Vec<Priced>,
+    pub prices: Vec<DesignPriced>,
     /// The DRAM device as it is in a file, before the machine's own channels and mapping; `None`
     /// where the machine has a mere rate.
-    pub device: Option<Arc<Document<Device>>>,
+    pub device: Option<Arc<LibraryDocument<Device>>>,
     /// The display, where the sweep has one.
-    pub display: Option<Arc<Document<Display>>>,
+    pub display: Option<Arc<LibraryDocument<Display>>>,
     /// Frames per second that the display shows.
     pub display_fps: f64,
     /// The columns of the sweep: keys of axes and derived keys with their values, axes of variants
     /// with their names.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<DesignSetting>,
     /// Hash of everything that decides timing. Designs that agree in it have the same cycles and
     /// action counts on the same frame.
     pub timing_id: u128,
@@ -40,18 +40,18 @@ pub struct Design {
 
 /// The prices of one energy table.
 #[derive(Debug, Clone)]
-pub struct Priced {
+pub struct DesignPriced {
     /// Label of the table in the sweep; its name where the machine names it.
     pub label: String,
     /// The table.
-    pub table: Arc<Document<EnergyTable>>,
+    pub table: Arc<LibraryDocument<EnergyTable>>,
     /// What it says of this machine; `Err` where it has no price for a part of it, with which.
     pub prices: Result<Prices, String>,
 }
 
 /// A column of a point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Setting {
+pub struct DesignSetting {
     /// A key, or the name of an axis of variants.
     pub name: String,
     /// Its value as in a file; the name of a variant, or `-` where an axis of variants does not
@@ -153,7 +153,7 @@ impl Design {
 pub(super) fn full_id(
     timing: u128,
     machine: &Machine,
-    prices: &[Priced],
+    prices: &[DesignPriced],
     display: Option<(u128, f64)>,
 ) -> u128 {
     let mut hash = Xxh3::new();

@@ -2,7 +2,7 @@
 
 /// What a point needs to know of an axis to be found, and a search to be a good neighbour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Side {
+pub struct LatticeSide {
     /// How many values it has, at least 1.
     pub len: u32,
     /// Whether neighbouring values are alike: numbers, not names.
@@ -12,19 +12,19 @@ pub struct Side {
 /// All combinations of the values of some axes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lattice {
-    sides: Vec<Side>,
+    sides: Vec<LatticeSide>,
     points: u64,
 }
 
 impl Lattice {
     /// The lattice of these axes; `None` if one has no value, or there are more than 2^63 points.
-    pub fn new(sides: Vec<Side>) -> Option<Lattice> {
+    pub fn new(sides: Vec<LatticeSide>) -> Option<Lattice> {
         let points = sides.iter().try_fold(1u64, |n, side| n.checked_mul(u64::from(side.len)))?;
         (points > 0 && points <= 1 << 63).then_some(Lattice { sides, points })
     }
 
     /// The axes.
-    pub fn sides(&self) -> &[Side] {
+    pub fn sides(&self) -> &[LatticeSide] {
         &self.sides
     }
 

@@ -22,7 +22,7 @@ const KEPT_MAX: usize = 4096;
 
 /// A file as a value, as a table and as text.
 #[derive(Debug, PartialEq)]
-pub struct Document<T> {
+pub struct LibraryDocument<T> {
     /// What it says.
     pub value: T,
     /// The folder that it lies in; `None` for files that come with the program.
@@ -62,9 +62,9 @@ parsed!(Device, Dram);
 parsed!(Display, Display);
 
 /// A changed key.
-pub(super) type Change = (&'static Key, Value);
+pub(super) type LibraryChange = (&'static Key, Value);
 
-type Shelf<T> = Mutex<BTreeMap<String, Result<Arc<Document<T>>, String>>>;
+type Shelf<T> = Mutex<BTreeMap<String, Result<Arc<LibraryDocument<T>>, String>>>;
 
 /// All files of a space.
 pub(super) struct Library {
@@ -86,7 +86,7 @@ impl Library {
         }
     }
 
-    pub(super) fn machine(&self, name: &str) -> Result<Arc<Document<Machine>>, String> {
+    pub(super) fn machine(&self, name: &str) -> Result<Arc<LibraryDocument<Machine>>, String> {
         self.get(&self.machines, name, None, &[])
     }
 
@@ -94,8 +94,8 @@ impl Library {
         &self,
         name: &str,
         beside: Option<&Path>,
-        changes: &[Change],
-    ) -> Result<Arc<Document<EnergyTable>>, String> {
+        changes: &[LibraryChange],
+    ) -> Result<Arc<LibraryDocument<EnergyTable>>, String> {
         self.get(&self.tables, name, beside, changes)
     }
 
@@ -103,16 +103,16 @@ impl Library {
         &self,
         name: &str,
         beside: Option<&Path>,
-        changes: &[Change],
-    ) -> Result<Arc<Document<Device>>, String> {
+        changes: &[LibraryChange],
+    ) -> Result<Arc<LibraryDocument<Device>>, String> {
         self.get(&self.devices, name, beside, changes)
     }
 
     pub(super) fn display(
         &self,
         name: &str,
-        changes: &[Change],
-    ) -> Result<Arc<Document<Display>>, String> {
+        changes: &[LibraryChange],
+    ) -> Result<Arc<LibraryDocument<Display>>, String> {
         self.get(&self.displays, name, None, changes)
     }
 
@@ -121,8 +121,8 @@ impl Library {
         shelf: &Shelf<T>,
         name: &str,
         beside: Option<&Path>,
-        changes: &[Change],
-    ) -> Result<Arc<Document<T>>, String> {
+        changes: &[LibraryChange],
+    ) -> Result<Arc<LibraryDocument<T>>, String> {
         let mut id = format!("{name}\n{}", beside.unwrap_or(Path::new("")).display());
         for (key, value) in changes {
             id.push_str(&format!("\n{}={value}", key.path));
@@ -143,8 +143,8 @@ impl Library {
         &self,
         name: &str,
         beside: Option<&Path>,
-        changes: &[Change],
-    ) -> Result<Document<T>, String> {
+        changes: &[LibraryChange],
+    ) -> Result<LibraryDocument<T>, String> {
         let file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
         let mut value =
             T::read(&file.text).map_err(|e| format!("{} {}: {e}", T::KIND.name(), file.origin))?;
@@ -159,7 +159,7 @@ impl Library {
             table = table_of(&value)?;
         }
         let id = content_id(&value).map_err(|e| e.to_string())?;
-        Ok(Document { value, folder: file.folder, table, id })
+        Ok(LibraryDocument { value, folder: file.folder, table, id })
     }
 }
 

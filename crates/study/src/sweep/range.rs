@@ -12,7 +12,7 @@ use super::measure::Measure;
 const SLACK: f64 = 1e-9;
 
 /// How to come from one value to the next.
-enum Walk {
+enum RangeWalk {
     Step(f64),
     Factor(f64),
     Linear(u32),
@@ -45,13 +45,13 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
         return Err(format!("`from` = {from} is above `to` = {to}: a range goes upwards"));
     }
     let numbers = match walk(range, from, &difference)? {
-        Walk::Step(step) => row(from, to, |i| from + f64::from(i) * step)?,
-        Walk::Factor(factor) => row(from, to, |i| from * factor.powi(i as i32))?,
-        Walk::Linear(count) => {
+        RangeWalk::Step(step) => row(from, to, |i| from + f64::from(i) * step)?,
+        RangeWalk::Factor(factor) => row(from, to, |i| from * factor.powi(i as i32))?,
+        RangeWalk::Linear(count) => {
             let last = f64::from(count - 1);
             (0..count).map(|i| from + (to - from) * f64::from(i) / last).collect()
         }
-        Walk::Geometric(count) => {
+        RangeWalk::Geometric(count) => {
             let ratio = (to / from).ln() / f64::from(count - 1);
             let inner = (0..count - 1).map(|i| from * (ratio * f64::from(i)).exp());
             inner.chain([to]).collect()
@@ -75,22 +75,30 @@ fn walk(
     range: &RangeSpec,
     from: f64,
     difference: &dyn Fn(&Raw) -> Result<f64, String>,
-) -> Result<Walk, String> {
-    let positive = |walk: Walk| match from > 0.0 {
+) -> Result<RangeWalk, String> {
+    let positive = |walk: RangeWalk| match from > 0.0 {
         true => Ok(walk),
         false => Err("equal ratios start above zero: change `from`".to_owned()),
     };
     match (&range.step, range.factor, range.count, range.scale) {
         (Some(step), None, None, None | Some(Scale::Linear)) => {
             let step = difference(step)?;
-            if step > 0.0 { Ok(Walk::Step(step)) } else { Err("`step` must be above zero".into()) }
+            if step > 0.0 {
+                Ok(RangeWalk::Step(step))
+            } else {
+                Err("`step` must be above zero".into())
+            }
         }
-        (None, Some(factor), None, None | Some(Scale::Geometric)) => positive(Walk::Factor(factor)),
-        (None, None, Some(count), None | Some(Scale::Linear)) => Ok(Walk::Linear(count.max(2))),
+        (None, Some(factor), None, None | Some(Scale::Geometric)) => {
+            positive(RangeWalk::Factor(factor))
+        }
+        (None, None, Some(count), None | Some(Scale::Linear)) => {
+            Ok(RangeWalk::Linear(count.max(2)))
+        }
         (None, None, Some(count), Some(Scale::Geometric | Scale::Log2)) => {
-            positive(Walk::Geometric(count.max(2)))
+            positive(RangeWalk::Geometric(count.max(2)))
         }
-        (None, None | Some(2.0), None, Some(Scale::Log2)) => positive(Walk::Factor(2.0)),
+        (None, None | Some(2.0), None, Some(Scale::Log2)) => positive(RangeWalk::Factor(2.0)),
         _ => Err("a range has one of `step` (equal differences), `factor` (equal ratios), \
                   `count` (with `scale`) and `scale = \"log2\"` (doubling)"
             .into()),

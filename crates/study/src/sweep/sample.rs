@@ -25,11 +25,11 @@ pub struct Selection {
     /// Points still to give.
     left: u64,
     next: u64,
-    way: Way,
+    way: SampleWay,
 }
 
 #[derive(Debug, Clone)]
-enum Way {
+enum SampleWay {
     /// The points `next * points / total`.
     Grid {
         total: u64,
@@ -50,12 +50,12 @@ pub fn select(lattice: &Lattice, sampling: &Sampling) -> Selection {
     let wanted = sampling.points.unwrap_or(points).min(points);
     let lattice = lattice.clone();
     let (left, way) = match sampling.method {
-        Method::Grid => (wanted, Way::Grid { total: wanted }),
-        Method::Random => (wanted, Way::Random(Permutation::new(points, sampling.seed))),
+        Method::Grid => (wanted, SampleWay::Grid { total: wanted }),
+        Method::Random => (wanted, SampleWay::Random(Permutation::new(points, sampling.seed))),
         Method::Lhs => {
             let wanted = wanted.min(HELD_MAX);
             let list = latin(&lattice, wanted, sampling.seed);
-            (list.len() as u64, Way::List(list.into_iter()))
+            (list.len() as u64, SampleWay::List(list.into_iter()))
         }
         Method::Sobol => {
             let wanted = wanted.min(HELD_MAX);
@@ -63,9 +63,9 @@ pub fn select(lattice: &Lattice, sampling: &Sampling) -> Selection {
             let sequence = sobol::Sobol::new(moving.min(sobol::DIMENSIONS_MAX), sampling.seed);
             let seen = std::collections::HashSet::new();
             // A small space is exhausted long before the sequence hits its last point.
-            (wanted, Way::Sobol { sequence, seen, tries: wanted.saturating_mul(64) })
+            (wanted, SampleWay::Sobol { sequence, seen, tries: wanted.saturating_mul(64) })
         }
-        Method::Nsga2 => (0, Way::Nothing),
+        Method::Nsga2 => (0, SampleWay::Nothing),
     };
     Selection { lattice, left, next: 0, way }
 }
@@ -82,13 +82,13 @@ impl Iterator for Selection {
         self.next += 1;
         let points = self.lattice.points();
         match &mut self.way {
-            Way::Grid { total } => {
+            SampleWay::Grid { total } => {
                 let place = u128::from(number) * u128::from(points) / u128::from(*total);
                 Some(place as u64)
             }
-            Way::Random(permutation) => Some(permutation.at(number)),
-            Way::List(list) => list.next(),
-            Way::Sobol { sequence, seen, tries } => {
+            SampleWay::Random(permutation) => Some(permutation.at(number)),
+            SampleWay::List(list) => list.next(),
+            SampleWay::Sobol { sequence, seen, tries } => {
                 while *tries > 0 {
                     *tries -= 1;
                     let index = on_lattice(&self.lattice, &sequence.next_point());
@@ -99,7 +99,7 @@ impl Iterator for Selection {
                 self.left = 0;
                 None
             }
-            Way::Nothing => None,
+            SampleWay::Nothing => None,
         }
     }
 

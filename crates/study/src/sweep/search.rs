@@ -17,7 +17,7 @@ use rand_pcg::Pcg64;
 use super::file::Sampling;
 use super::lattice::Lattice;
 use super::sample::{self, sobol};
-use front::{Ranked, Trial};
+use front::{FrontTrial, Ranked};
 
 pub mod front;
 
@@ -40,7 +40,7 @@ pub struct Search {
     /// Points that were asked for.
     known: BTreeSet<u64>,
     /// Results by point; `None` for a point that failed.
-    results: BTreeMap<u64, Option<Trial>>,
+    results: BTreeMap<u64, Option<FrontTrial>>,
     /// Points that parents are taken from.
     parents: Vec<u64>,
 }
@@ -84,16 +84,17 @@ impl Search {
 
     /// Takes results, with as many costs for each point; `None` for a point that failed. Order does
     /// not matter.
-    pub fn tell(&mut self, results: &[(u64, Option<Trial>)]) {
+    pub fn tell(&mut self, results: &[(u64, Option<FrontTrial>)]) {
         for (index, values) in results {
-            let is_finite = |t: &Trial| t.miss.is_finite() && t.costs.iter().all(|x| x.is_finite());
+            let is_finite =
+                |t: &FrontTrial| t.miss.is_finite() && t.costs.iter().all(|x| x.is_finite());
             let usable = values.clone().filter(is_finite);
             self.results.insert(*index, usable);
         }
         let mut candidates: BTreeSet<u64> = results.iter().map(|(index, _)| *index).collect();
         candidates.extend(&self.parents);
         let alive = |i: &u64| Some((*i, self.results.get(i)?.clone()?));
-        let alive: Vec<(u64, Trial)> = candidates.iter().filter_map(alive).collect();
+        let alive: Vec<(u64, FrontTrial)> = candidates.iter().filter_map(alive).collect();
         self.parents = front::best(&alive, self.population);
     }
 
@@ -105,7 +106,7 @@ impl Search {
     /// The points that no other one beats in everything, ascending.
     pub fn front(&self) -> Vec<u64> {
         let alive = self.results.iter().filter_map(|(i, r)| Some((*i, r.clone()?)));
-        let alive: Vec<(u64, Trial)> = alive.collect();
+        let alive: Vec<(u64, FrontTrial)> = alive.collect();
         let ranked = Ranked::new(&alive);
         let first = alive.iter().zip(&ranked.rank).filter(|(_, rank)| **rank == 0);
         first.map(|((index, _), _)| *index).collect()
@@ -149,7 +150,7 @@ impl Search {
             return;
         }
         let result = |i: &u64| (*i, self.results[i].clone().unwrap_or_default());
-        let pool: Vec<(u64, Trial)> = self.parents.iter().map(result).collect();
+        let pool: Vec<(u64, FrontTrial)> = self.parents.iter().map(result).collect();
         let ranked = Ranked::new(&pool);
         for _ in 0..wanted as u64 * TRIES {
             if asked.len() >= wanted {

@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use toml::{Table, Value};
 
-use super::axis::{self, Axis, Found};
-use super::design::{Design, Priced, Rejected, Setting, full_id};
+use super::axis::{self, Axis, AxisFound};
+use super::design::{Design, DesignPriced, DesignSetting, Rejected, full_id};
 use super::expr::Expr;
 use super::file::{Sampling, SweepFile};
 use super::key::{FileKind, Key, get};
-use super::lattice::{Lattice, Side};
-use super::library::{Change, Document, Library};
+use super::lattice::{Lattice, LatticeSide};
+use super::library::{Library, LibraryChange, LibraryDocument};
 use super::sample;
 use powergs_base::config::{ConfigError, Problem};
 use powergs_core::accel::Machine;
@@ -46,7 +46,7 @@ pub struct Space {
     axes: Vec<Axis>,
     lattice: Lattice,
     base: String,
-    set: Vec<Change>,
+    set: Vec<LibraryChange>,
     derived: Vec<Derived>,
     constraints: Vec<Constraint>,
     energy: Vec<Energy>,
@@ -70,7 +70,7 @@ struct Energy {
     label: String,
     /// `None` for the one that the machine names.
     table: Option<String>,
-    changes: Vec<Change>,
+    changes: Vec<LibraryChange>,
 }
 
 /// A point of a space.
@@ -81,7 +81,7 @@ pub struct Point {
     /// Which value of each axis it has.
     pub digits: Vec<u32>,
     /// Its columns, in the order of [`Space::columns`].
-    pub settings: Vec<Setting>,
+    pub settings: Vec<DesignSetting>,
 }
 
 impl Space {
@@ -92,12 +92,12 @@ impl Space {
     /// values that a key does not take, lists of different lengths, circles of derived keys, axes
     /// that change nothing, a space without a single design (with what excludes how many points).
     pub fn new(file: &SweepFile, files: Arc<dyn Files>) -> Result<Space, SweepError> {
-        let mut found = Found { places: file.places(), problems: Vec::new() };
+        let mut found = AxisFound { places: file.places(), problems: Vec::new() };
         let space = Space::build(file, Library::new(files), &mut found);
         let mut problems = found.problems;
         let Some(space) = space else { return Err(sorted(problems)) };
         if problems.is_empty() {
-            let mut found = Found { places: file.places(), problems };
+            let mut found = AxisFound { places: file.places(), problems };
             check::all(&space, &mut found);
             problems = found.problems;
         }
@@ -109,7 +109,7 @@ impl Space {
     /// # Errors
     /// What is wrong first, without its place.
     pub fn only_design(file: &SweepFile, files: &Arc<dyn Files>) -> Result<Design, String> {
-        let mut found = Found { places: file.places(), problems: Vec::new() };
+        let mut found = AxisFound { places: file.places(), problems: Vec::new() };
         let space = Space::build(file, Library::new(Arc::clone(files)), &mut found);
         match (found.problems.into_iter().next(), space) {
             (None, Some(space)) => space.design(0).map_err(|why| why.to_string()),
@@ -135,7 +135,7 @@ impl Space {
         Err(sorted(problems))
     }
 
-    fn build(file: &SweepFile, library: Library, found: &mut Found<'_>) -> Option<Space> {
+    fn build(file: &SweepFile, library: Library, found: &mut AxisFound<'_>) -> Option<Space> {
         let set = axis::settings(&file.set, "set", found);
         let read = |(i, spec)| Some((i, axis::axis(spec, i, found)?));
         let axes: Vec<(usize, Axis)> = file.axes.iter().enumerate().filter_map(read).collect();
@@ -157,7 +157,7 @@ impl Space {
         let constraints = constraints(file, &energy, found);
         let axes: Vec<Axis> = axes.into_iter().map(|(_, axis)| axis).collect();
         derived.extend(carried::derived(file, &axes, &library, found));
-        let side = |a: &Axis| Side { len: a.steps.len() as u32, ordered: a.ordered };
+        let side = |a: &Axis| LatticeSide { len: a.steps.len() as u32, ordered: a.ordered };
         let lattice = Lattice::new(axes.iter().map(side).collect());
         let all_there = axes.len() == file.axes.len();
         if lattice.is_none() && all_there {
@@ -319,8 +319,8 @@ impl Space {
             prices.push(self.priced(&draft, energy, &machine)?);
         }
         // A machine that one table cannot price is a design for the others.
-        if let Some(Priced { label, prices: Err(message), .. }) = prices.first()
-            && prices.iter().all(|p: &Priced| p.prices.is_err())
+        if let Some(DesignPriced { label, prices: Err(message), .. }) = prices.first()
+            && prices.iter().all(|p: &DesignPriced| p.prices.is_err())
         {
             return Err(Rejected::Price { label: label.clone(), message: message.clone() });
         }
@@ -341,11 +341,11 @@ impl Space {
         draft: &Draft<'_>,
         energy: &Energy,
         machine: &Machine,
-    ) -> Result<Priced, Rejected> {
+    ) -> Result<DesignPriced, Rejected> {
         let fail = |message| Rejected::Price { label: energy.label.clone(), message };
         let table = draft.energy(energy).map_err(fail)?;
         let prices = sim::cost::prices(&table.value, machine).map_err(|e| e.to_string());
-        Ok(Priced { label: energy.label.clone(), table, prices })
+        Ok(DesignPriced { label: energy.label.clone(), table, prices })
     }
 
     /// The constraints that can be decided now: those without prices first, the others later.
@@ -388,8 +388,8 @@ fn own_label(file: &SweepFile, library: &Library) -> Option<String> {
 fn table_settings(
     spec: &super::file::EnergySpec,
     number: usize,
-    found: &mut Found<'_>,
-) -> Vec<Change> {
+    found: &mut AxisFound<'_>,
+) -> Vec<LibraryChange> {
     let mut changes = Vec::new();
     for (name, raw) in &spec.set.0 {
         let path = format!("energy.{number}.set.{name}");
@@ -401,7 +401,7 @@ fn table_settings(
     changes
 }
 
-fn constraints(file: &SweepFile, energy: &[Energy], found: &mut Found<'_>) -> Vec<Constraint> {
+fn constraints(file: &SweepFile, energy: &[Energy], found: &mut AxisFound<'_>) -> Vec<Constraint> {
     let mut all = Vec::new();
     for (i, text) in file.constraints.iter().enumerate() {
         let Some(expr) = found.ok(&format!("constraints.{i}"), Expr::parse(text)) else { continue };

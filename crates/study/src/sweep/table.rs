@@ -129,7 +129,7 @@ pub fn columns(axes: &[Column]) -> Vec<Column> {
 
 /// A design in the table.
 #[derive(Debug, Clone)]
-pub struct Entry {
+pub struct TableEntry {
     /// Number in the space; `None` for the baseline.
     pub point: Option<u64>,
     /// Its hash; `None` if it is no machine.
@@ -149,7 +149,7 @@ pub type Facts = [Option<f64>; LAST.len()];
 
 /// What became of a design on one trace.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fate {
+pub enum PointFate {
     /// It was simulated.
     Ok(Outcome),
     /// The configuration cannot exist, for this reason.
@@ -160,34 +160,34 @@ pub enum Fate {
     Missing,
 }
 
-impl Fate {
-    fn status(&self) -> Status<'_> {
+impl PointFate {
+    fn status(&self) -> TableStatus<'_> {
         match self {
-            Fate::Ok(_) => Status::OK,
-            Fate::Invalid(reason) => Status { word: "invalid", reason },
-            Fate::Failed(reason) => Status { word: "failed", reason },
-            Fate::Missing => Status::MISSING,
+            PointFate::Ok(_) => TableStatus::OK,
+            PointFate::Invalid(reason) => TableStatus { word: "invalid", reason },
+            PointFate::Failed(reason) => TableStatus { word: "failed", reason },
+            PointFate::Missing => TableStatus::MISSING,
         }
     }
 
     fn outcome(&self) -> Option<&Outcome> {
         match self {
-            Fate::Ok(outcome) => Some(outcome),
-            Fate::Invalid(_) | Fate::Failed(_) | Fate::Missing => None,
+            PointFate::Ok(outcome) => Some(outcome),
+            PointFate::Invalid(_) | PointFate::Failed(_) | PointFate::Missing => None,
         }
     }
 }
 
 /// The status of a row, and the reason where it failed.
 #[derive(Clone, Copy)]
-struct Status<'a> {
+struct TableStatus<'a> {
     word: &'static str,
     reason: &'a str,
 }
 
-impl Status<'_> {
-    const OK: Status<'static> = Status { word: "ok", reason: "" };
-    const MISSING: Status<'static> = Status { word: "missing", reason: "" };
+impl TableStatus<'_> {
+    const OK: TableStatus<'static> = TableStatus { word: "ok", reason: "" };
+    const MISSING: TableStatus<'static> = TableStatus { word: "missing", reason: "" };
 }
 
 /// A trace in the table.
@@ -203,10 +203,10 @@ pub struct TraceLabel {
 /// over traces of which one failed is failed; it has no numbers.
 /// `table` is the place of the energy table among those of the sweep, with its label.
 pub fn rows(
-    entry: &Entry,
+    entry: &TableEntry,
     table: (usize, &str),
     traces: &[TraceLabel],
-    fates: &[Fate],
+    fates: &[PointFate],
 ) -> Vec<Vec<Cell>> {
     let mut rows = Vec::with_capacity(traces.len() + 2);
     for (trace, fate) in traces.iter().zip(fates) {
@@ -218,15 +218,16 @@ pub fn rows(
     match outcomes {
         Some(outcomes) if !outcomes.is_empty() => {
             let mean = values(&outcomes);
-            rows.push(row(entry, Status::OK, table, "", "mean", Some(mean)));
+            rows.push(row(entry, TableStatus::OK, table, "", "mean", Some(mean)));
             let slowest = slowest(&outcomes);
             let worst = worst(&outcomes);
             let label = &traces[slowest].label;
-            rows.push(row(entry, Status::OK, table, label, "worst", Some(worst)));
+            rows.push(row(entry, TableStatus::OK, table, label, "worst", Some(worst)));
         }
         _ => {
-            let failed = fates.iter().find(|f| matches!(f, Fate::Invalid(_) | Fate::Failed(_)));
-            let status = failed.map_or(Status::MISSING, Fate::status);
+            let failed =
+                fates.iter().find(|f| matches!(f, PointFate::Invalid(_) | PointFate::Failed(_)));
+            let status = failed.map_or(TableStatus::MISSING, PointFate::status);
             rows.push(row(entry, status, table, "", "mean", None));
             rows.push(row(entry, status, table, "", "worst", None));
         }
@@ -256,8 +257,8 @@ fn slowest(outcomes: &[Weighted]) -> usize {
 }
 
 fn row(
-    entry: &Entry,
-    status: Status<'_>,
+    entry: &TableEntry,
+    status: TableStatus<'_>,
     (place, table): (usize, &str),
     trace: &str,
     scope: &str,

@@ -115,7 +115,7 @@ impl Block {
 }
 
 /// Name, unit, whether it compares two machines, whether it needs frames.
-type Facts = (&'static str, &'static str, bool, bool);
+type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics.
@@ -161,7 +161,7 @@ impl Metric {
         Metric::BlockPower(Block::Buffers),
     ];
 
-    const fn facts(self) -> Facts {
+    const fn facts(self) -> MetricFacts {
         match self {
             Metric::Area => ("area", "mm²", false, false),
             Metric::AreaRatio => ("area_ratio", "x", true, false),

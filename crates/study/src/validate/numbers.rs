@@ -151,12 +151,12 @@ fn records<T: DeserializeOwned>(table: &'static str, text: &str) -> Result<Vec<T
 }
 
 /// A row that is being read: makes errors.
-struct Place<'a> {
+struct NumberPlace<'a> {
     table: &'static str,
     id: &'a str,
 }
 
-impl Place<'_> {
+impl NumberPlace<'_> {
     fn fault(&self, column: &'static str, value: &str, what: impl Into<String>) -> TablesError {
         let (table, id) = (self.table, self.id.to_owned());
         TablesError::Cell { table, id, column, value: value.to_owned(), what: what.into() }
@@ -193,7 +193,7 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
     let mut names = BTreeSet::new();
     let mut workloads = Vec::new();
     for record in records::<WorkloadRecord>("workloads.csv", text)? {
-        let place = Place { table: "workloads.csv", id: &record.name };
+        let place = NumberPlace { table: "workloads.csv", id: &record.name };
         if record.name.is_empty() || !names.insert(record.name.clone()) {
             return Err(place.fault("name", &record.name, "must be there, and only once"));
         }
@@ -249,7 +249,7 @@ fn parse_rows(text: &str, workloads: &[Workload]) -> Result<Vec<Row>, TablesErro
     let mut ids = BTreeSet::new();
     let mut rows = Vec::new();
     for record in records::<RowRecord>("published.csv", text)? {
-        let place = Place { table: "published.csv", id: &record.id };
+        let place = NumberPlace { table: "published.csv", id: &record.id };
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
         let is_name = !record.id.is_empty() && record.id.chars().all(plain);
         if !is_name || !ids.insert(record.id.clone()) {
@@ -261,7 +261,7 @@ fn parse_rows(text: &str, workloads: &[Workload]) -> Result<Vec<Row>, TablesErro
     if rows.is_empty() { Err(TablesError::Empty) } else { Ok(rows) }
 }
 
-fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, TablesError> {
+fn row(place: &NumberPlace, r: &RowRecord, workloads: &[Workload]) -> Result<Row, TablesError> {
     let metric = Metric::named(&r.metric);
     let metric = place.need("metric", &r.metric, metric, "not a metric")?;
     let names: Vec<String> = r.workload.split_whitespace().map(str::to_owned).collect();
@@ -311,7 +311,10 @@ fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, Tabl
 }
 
 /// Status and tolerance, which depend on each other.
-fn expected(place: &Place, r: &RowRecord) -> Result<(Status, Option<Tolerance>), TablesError> {
+fn expected(
+    place: &NumberPlace,
+    r: &RowRecord,
+) -> Result<(Status, Option<Tolerance>), TablesError> {
     let names = "must be enforced, calibrated, plausibility, dropped, or known_gap with a class: \
                  contradiction, mechanism, workload, preset";
     let cell = [r.status.as_str(), &r.class].join(" ");
@@ -344,7 +347,7 @@ fn parse_model(text: &str) -> Result<Option<u32>, TablesError> {
     let Some(version) = text.lines().next().and_then(|line| line.strip_prefix(MODEL)) else {
         return Ok(None);
     };
-    let place = Place { table: "baseline.csv", id: MODEL.trim() };
+    let place = NumberPlace { table: "baseline.csv", id: MODEL.trim() };
     let number = version.trim().parse().ok();
     place.need("version", version, number, "must be a whole number").map(Some)
 }
@@ -352,7 +355,7 @@ fn parse_model(text: &str) -> Result<Option<u32>, TablesError> {
 fn parse_baseline(text: &str) -> Result<Baseline, TablesError> {
     let mut baseline = Baseline::new();
     for record in records::<BaselineRecord>("baseline.csv", text)? {
-        let place = Place { table: "baseline.csv", id: &record.id };
+        let place = NumberPlace { table: "baseline.csv", id: &record.id };
         if !record.ours.is_finite() {
             return Err(place.fault("ours", &record.ours.to_string(), "must be finite"));
         }

@@ -61,7 +61,7 @@ pub fn steps(tables: &Tables, rows: &[&Row]) -> u64 {
 pub const MEMORY: Budget = Budget(Bytes(2 << 30));
 
 /// What makes frames of a scene and the cameras that see it, under a name.
-pub type Render<'a> = &'a dyn Fn(&str, Arc<Gaussians>, Vec<Camera>) -> Box<dyn Frames>;
+pub type ValidationRender<'a> = &'a dyn Fn(&str, Arc<Gaussians>, Vec<Camera>) -> Box<dyn Frames>;
 
 /// Measures what `rows` need on scenes that `render` makes frames of; `None` if the watch cancelled
 /// it. `built` has every machine that they name; a frame may take `memory`.
@@ -75,7 +75,7 @@ pub fn measure(
     tables: &Tables,
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
-    render: Render<'_>,
+    render: ValidationRender<'_>,
     memory: Budget,
     watch: &dyn Watch,
 ) -> Result<Option<Measurements>, RunError> {
@@ -112,7 +112,7 @@ fn one_scene(
     workloads: &[&Workload],
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
-    render: Render<'_>,
+    render: ValidationRender<'_>,
     memory: Budget,
     watch: &dyn Watch,
     all: &mut Measurements,

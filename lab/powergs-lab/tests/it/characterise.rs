@@ -3,6 +3,7 @@
 use std::fs;
 
 use assert_cmd::Command;
+use powergs_scene::synth::{Preset, generate};
 use powergs_testkit::scene_files::{ply, sample};
 use predicates::str::contains;
 
@@ -83,7 +84,7 @@ fn the_front_and_the_control_are_priced_on_a_scene() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("lego.ply");
     let scene = scene.to_str().expect("UTF-8");
-    let gaussians = generate(Preset::Lego, 30_000, 1).expect("a scene");
+    let gaussians = generate(Preset::named("lego").expect("a preset"), 30_000, 1);
     fs::write(scene, ply(&gaussians)).expect("a file");
     for (unit, amount) in [("vru", ["--slots", "50000000"]), ("ccu", ["--gaussians", "20000"])] {
         let words =

@@ -133,6 +133,11 @@ impl Machine {
         let of_key = OPTIONAL.iter().filter(|part| part.has(key) && part.switch != key);
         of_key.into_iter().find(|part| !part.is_in(self))
     }
+
+    /// Whether a file of this machine leaves a key out.
+    pub fn leaves_out(&self, key: &str) -> bool {
+        OPTIONAL.iter().any(|part| part.has(key) && !part.is_in(self))
+    }
 }
 
 /// Takes the keys of all parts that a machine does not have out of its table.

@@ -27,7 +27,7 @@ use crate::accel::{Stall, memory::Arrival};
 use powergs_energy::action::{Action, ActionCounts, Stage};
 
 /// The connections of the stage in cycle `now`.
-pub(super) struct Ports<'p, 'a, O> {
+pub(super) struct ChunkIssuePorts<'p, 'a, O> {
     pub now: u64,
     pub list_fetch: &'p mut ListFetch,
     pub features: &'p mut FeatureQueue,
@@ -92,7 +92,7 @@ impl ChunkIssue {
 
     /// Issues chunks of the current job and of the jobs behind it, until the feature buffer admits
     /// no more or no job is ready.
-    pub(crate) fn step<O: Observer>(&mut self, ports: &mut Ports<O>) {
+    pub(crate) fn step<O: Observer>(&mut self, ports: &mut ChunkIssuePorts<O>) {
         loop {
             let next = || ports.list_fetch.take_ready().map(IssuingJob::new);
             let Some(mut job) = self.job.take().or_else(next) else { return };
@@ -104,7 +104,11 @@ impl ChunkIssue {
     }
 
     /// Issues the chunks of a job that the buffer admits; returns whether none is left.
-    fn issue_job<O: Observer>(&mut self, issuing: &mut IssuingJob, ports: &mut Ports<O>) -> bool {
+    fn issue_job<O: Observer>(
+        &mut self,
+        issuing: &mut IssuingJob,
+        ports: &mut ChunkIssuePorts<O>,
+    ) -> bool {
         let (plan, workload) = (ports.shared.plan, ports.shared.workload);
         let job = &plan.jobs[issuing.fetched.job as usize];
         while let Some(&tile) = plan.tiles_of(job).get(issuing.next_tile as usize) {
@@ -131,7 +135,7 @@ impl ChunkIssue {
     }
 
     /// Passes a tile without chunks if no chunk waits for the VRU; returns whether it did.
-    fn issue_empty<O>(&self, tile: u32, job: &Job, ports: &mut Ports<O>) -> bool {
+    fn issue_empty<O>(&self, tile: u32, job: &Job, ports: &mut ChunkIssuePorts<O>) -> bool {
         if !ports.features.is_empty() {
             return false;
         }
@@ -163,7 +167,7 @@ impl ChunkIssue {
         tile: u32,
         issuing: &mut IssuingJob,
         job: &Job,
-        ports: &mut Ports<O>,
+        ports: &mut ChunkIssuePorts<O>,
     ) -> bool {
         let work = &ports.shared.workload.tiles[tile as usize];
         while issuing.next_chunk < work.chunks {
@@ -186,7 +190,7 @@ impl ChunkIssue {
         position: u32,
         sort: Sort,
         job: &Job,
-        ports: &mut Ports<O>,
+        ports: &mut ChunkIssuePorts<O>,
     ) {
         let (now, shared) = (ports.now, &mut *ports.shared);
         let (units, workload) = (shared.units, shared.workload);
@@ -250,7 +254,7 @@ impl ChunkIssue {
         tile: u32,
         issuing: &mut IssuingJob,
         job: &Job,
-        ports: &mut Ports<O>,
+        ports: &mut ChunkIssuePorts<O>,
     ) -> bool {
         let (now, shared) = (ports.now, &mut *ports.shared);
         let (units, workload) = (shared.units, shared.workload);

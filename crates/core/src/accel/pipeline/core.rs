@@ -13,7 +13,7 @@
 //! takes a chunk. The DRAM requests of one core are issued in that order.
 
 use super::Shared;
-use super::chunk_issue::{ChunkIssue, Ports};
+use super::chunk_issue::{ChunkIssue, ChunkIssuePorts};
 use super::colour_stage::ColourStage;
 use super::feature_queue::FeatureQueue;
 use super::ledger::Ledger;
@@ -70,7 +70,7 @@ impl Core {
         self.render.begin(now, &mut self.features, &shared.memory);
         self.list_fetch.advance(now, shared);
         let (list_fetch, features) = (&mut self.list_fetch, &mut self.features);
-        self.issue.step(&mut Ports { now, list_fetch, features, shared });
+        self.issue.step(&mut ChunkIssuePorts { now, list_fetch, features, shared });
         self.list_fetch.fetch(now, shared);
         self.colour.step(now, &mut self.features, &shared.memory);
         self.end = self.end.max(now).max(self.issue.end).max(self.render.end);

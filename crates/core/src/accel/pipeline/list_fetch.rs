@@ -28,14 +28,14 @@ enum Phase {
     /// Its list is being read.
     Reading(Arrival),
     /// A QSU pass is in progress.
-    Partitioning(Pass),
+    Partitioning(ListFetchPass),
     /// It waits for the chunk-issue stage.
     Ready,
 }
 
 /// A pass of the QSUs over the keys of a job.
 #[derive(Debug, Clone, Copy)]
-struct Pass {
+struct ListFetchPass {
     /// Passes behind it.
     left: u32,
     /// Cycle in which its keys would have moved if no bank were in conflict.
@@ -105,7 +105,8 @@ impl ListFetch {
                 | Phase::Partitioning(_) => return,
             };
             if left > 0 {
-                let pass = Pass::begin(held.keys, left - 1, now, self.core, self.owner, shared);
+                let pass =
+                    ListFetchPass::begin(held.keys, left - 1, now, self.core, self.owner, shared);
                 held.phase = Phase::Partitioning(pass);
                 return;
             }
@@ -212,7 +213,7 @@ impl ListFetch {
     }
 }
 
-impl Pass {
+impl ListFetchPass {
     /// Begins a pass of `keys` with `left` passes behind it.
     fn begin<O: Observer>(
         keys: Keys,
@@ -221,13 +222,13 @@ impl Pass {
         core: u32,
         owner: u32,
         shared: &mut Shared<O>,
-    ) -> Pass {
+    ) -> ListFetchPass {
         let units = shared.units;
         let overflow = units.qsu.overflow(&keys);
         let one = Keys { passes: 1, before: keys.passes - left - 1, ..keys };
         let (cycles, stalls) = units.rules.qsu.times(&units.qsu, &one, &mut shared.rule_check);
         let busy = now + cycles;
-        let mut pass = Pass { left, busy, keys: busy + stalls, spill: None };
+        let mut pass = ListFetchPass { left, busy, keys: busy + stalls, spill: None };
         if overflow > 0 {
             let pattern = |layout: &Layout| layout.spill(core, overflow);
             shared.issue(now, owner, Stream::SpillOut, overflow, pattern);

@@ -41,7 +41,7 @@ type AllLists = Vec<(ListShape, Arc<ListWrites>)>;
 /// Preprocessing results of one frame, by machine, and what its chunks take.
 #[derive(Debug, Default)]
 pub struct Memo {
-    preprocessing: Mutex<Vec<(Key, Arc<CcuResults>)>>,
+    preprocessing: Mutex<Vec<(MemoKey, Arc<CcuResults>)>>,
     runs: Mutex<AllRuns>,
     lists: Mutex<AllLists>,
     calibrations: Mutex<Vec<(Machine, Arc<Calibration>)>>,
@@ -50,7 +50,7 @@ pub struct Memo {
 /// Everything that preprocessing depends on besides the frame: the unit as a whole, so that
 /// whatever its rule reads is compared, and what it shares with others.
 #[derive(Debug, PartialEq)]
-struct Key {
+struct MemoKey {
     /// With everything of its spec, record, codebook, fovea and buffers that its rule reads.
     ccu: Ccu,
     binning: BinningSpec,
@@ -75,7 +75,7 @@ impl Memo {
             && machine.rules.ccu == Rule::BUILT_IN
             && machine.dram.model == DramModel::Bandwidth
             && machine.gsu.reuse_period == 1;
-        is_apart.then(|| format!("{:?}", Key::of(machine, &ResolvedUnits::new(machine))))
+        is_apart.then(|| format!("{:?}", MemoKey::of(machine, &ResolvedUnits::new(machine))))
     }
 
     /// What the chunks of the frame take with this discipline.
@@ -126,12 +126,12 @@ impl Memo {
         }
     }
 
-    fn find(&self, key: &Key) -> Option<Arc<CcuResults>> {
+    fn find(&self, key: &MemoKey) -> Option<Arc<CcuResults>> {
         let kept = self.preprocessing.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(k, _)| k == key).map(|(_, left)| Arc::clone(left))
     }
 
-    fn keep(&self, key: Key, left: CcuResults) {
+    fn keep(&self, key: MemoKey, left: CcuResults) {
         let mut kept = self.preprocessing.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() < KEPT_MAX && !kept.iter().any(|(k, _)| *k == key) {
             kept.push((key, Arc::new(left)));
@@ -162,9 +162,9 @@ fn keep<K: Copy + PartialEq, V>(
     made
 }
 
-impl Key {
-    fn of(machine: &Machine, units: &ResolvedUnits) -> Key {
-        Key {
+impl MemoKey {
+    fn of(machine: &Machine, units: &ResolvedUnits) -> MemoKey {
+        MemoKey {
             ccu: units.ccu.clone(),
             binning: machine.binning.clone(),
             shares: [units.shares.gaussian_in, units.shares.tile_list],
@@ -191,7 +191,7 @@ pub(super) fn preprocess<O: Observer>(
     memo: Option<&Memo>,
 ) {
     let Some(memo) = memo else { return drive(agents, shared) };
-    let key = Key::of(machine, shared.units);
+    let key = MemoKey::of(machine, shared.units);
     if let Some(left) = memo.find(&key) {
         agents.ccus.clone_from(&left.ccus);
         shared.memory.set_flat(left.channel.clone(), left.traffic);

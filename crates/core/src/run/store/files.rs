@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use super::atomic::{is_temporary, nameless, persist, remove_leftovers, temporary};
-use super::journal::{self, Index, Place};
+use super::journal::{self, Index, JournalPlace};
 use super::{Journals, Lock, NewFile, Sharing, Store, cannot_write, taken, unusable};
 use crate::run::error::RunError;
 
@@ -32,12 +32,12 @@ impl FileStore {
 }
 
 /// A temporary file and where it belongs.
-struct Pending {
+struct PendingFile {
     file: NamedTempFile,
     path: PathBuf,
 }
 
-impl Write for Pending {
+impl Write for PendingFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.write(bytes).map_err(nameless)
     }
@@ -47,7 +47,7 @@ impl Write for Pending {
     }
 }
 
-impl NewFile for Pending {
+impl NewFile for PendingFile {
     fn commit(self: Box<Self>) -> io::Result<()> {
         persist(self.file, &self.path)
     }
@@ -89,7 +89,7 @@ impl Store for FileStore {
         let folder = path.parent().unwrap_or(&self.path);
         fs::create_dir_all(folder).map_err(|e| unusable(folder.display(), &e))?;
         let file = temporary(&path).map_err(|e| cannot_write(path.display().to_string(), &e))?;
-        Ok(Box::new(Pending { file, path }))
+        Ok(Box::new(PendingFile { file, path }))
     }
 
     fn remove(&self, name: &str) -> Result<(), RunError> {
@@ -222,7 +222,8 @@ impl Journals for FileJournals {
             let message = format!("cannot be written: {e}; {what}");
             RunError::Output { place: path.display().to_string(), message }
         })?;
-        let place = Place { journal: own.number, offset: own.end, length: line.len() as u32 };
+        let place =
+            JournalPlace { journal: own.number, offset: own.end, length: line.len() as u32 };
         own.end += u64::from(place.length);
         self.index.note(key, place);
         Ok(())

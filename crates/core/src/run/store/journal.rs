@@ -23,7 +23,7 @@ pub fn append(out: &mut impl Write, key: u128, record: &str) -> io::Result<()> {
 
 /// Where the record of a key lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct JournalPlace {
     /// Which journal.
     pub journal: u32,
     /// First byte of its line.
@@ -35,7 +35,7 @@ pub struct Place {
 /// The keys of some journals.
 #[derive(Debug, Default)]
 pub struct Index {
-    places: HashMap<u128, Place>,
+    places: HashMap<u128, JournalPlace>,
     /// Lines whose checksum is wrong: cut off or damaged.
     pub damaged: u64,
 }
@@ -57,7 +57,7 @@ impl Index {
             }
             match key_of(&line) {
                 Some(key) => {
-                    let place = Place { journal: number, offset: at, length: n as u32 };
+                    let place = JournalPlace { journal: number, offset: at, length: n as u32 };
                     self.places.entry(key).or_insert(place);
                     whole = at + n;
                 }
@@ -68,12 +68,12 @@ impl Index {
     }
 
     /// Notes a line that was just written.
-    pub(crate) fn note(&mut self, key: u128, place: Place) {
+    pub(crate) fn note(&mut self, key: u128, place: JournalPlace) {
         self.places.entry(key).or_insert(place);
     }
 
     /// Where the record of `key` lies.
-    pub fn place(&self, key: u128) -> Option<Place> {
+    pub fn place(&self, key: u128) -> Option<JournalPlace> {
         self.places.get(&key).copied()
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::journal::{self, Index, Place};
+use super::journal::{self, Index, JournalPlace};
 use super::{Journals, Lock, NewFile, Sharing, Store, taken};
 use crate::run::error::RunError;
 
@@ -14,11 +14,11 @@ const ENDING: &str = ".jsonl";
 /// A store in memory; clones are the same store.
 #[derive(Debug, Clone, Default)]
 pub struct MemoryStore {
-    shared: Arc<Mutex<Shared>>,
+    shared: Arc<Mutex<MemoryShared>>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
+struct MemoryShared {
     files: BTreeMap<String, Vec<u8>>,
     /// How many hold a lock; -1 is one who has it alone.
     locks: BTreeMap<String, i32>,
@@ -30,18 +30,18 @@ impl MemoryStore {
         MemoryStore::default()
     }
 
-    fn shared(&self) -> MutexGuard<'_, Shared> {
+    fn shared(&self) -> MutexGuard<'_, MemoryShared> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// Gives a lock back.
-struct Held {
+struct HeldMemory {
     store: MemoryStore,
     name: String,
 }
 
-impl Drop for Held {
+impl Drop for HeldMemory {
     fn drop(&mut self) {
         let mut shared = self.store.shared();
         let count = shared.locks.entry(self.name.clone()).or_default();
@@ -50,13 +50,13 @@ impl Drop for Held {
 }
 
 /// Bytes that are not seen yet.
-struct Pending {
+struct PendingMemory {
     store: MemoryStore,
     name: String,
     bytes: Vec<u8>,
 }
 
-impl Write for Pending {
+impl Write for PendingMemory {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.bytes.write(bytes)
     }
@@ -66,9 +66,9 @@ impl Write for Pending {
     }
 }
 
-impl NewFile for Pending {
+impl NewFile for PendingMemory {
     fn commit(self: Box<Self>) -> io::Result<()> {
-        let Pending { store, name, bytes } = *self;
+        let PendingMemory { store, name, bytes } = *self;
         store.shared().files.insert(name, bytes);
         Ok(())
     }
@@ -97,7 +97,7 @@ impl Store for MemoryStore {
 
     fn create(&self, name: &str) -> Result<Box<dyn NewFile>, RunError> {
         let (store, name) = (self.clone(), name.to_owned());
-        Ok(Box::new(Pending { store, name, bytes: Vec::new() }))
+        Ok(Box::new(PendingMemory { store, name, bytes: Vec::new() }))
     }
 
     fn remove(&self, name: &str) -> Result<(), RunError> {
@@ -114,7 +114,7 @@ impl Store for MemoryStore {
             (Sharing::Beside, 0..) => *count += 1,
             _ => return Err(taken(self.place(name))),
         }
-        Ok(Lock::new(Held { store: self.clone(), name: name.to_owned() }))
+        Ok(Lock::new(HeldMemory { store: self.clone(), name: name.to_owned() }))
     }
 
     fn journals(&self, folder: &str, own: Option<&str>) -> Result<Box<dyn Journals>, RunError> {
@@ -178,7 +178,7 @@ impl Journals for MemoryJournals {
         let offset = bytes.len() as u64;
         journal::append(bytes, key, record).expect("memory can be written");
         let length = (bytes.len() as u64 - offset) as u32;
-        self.index.note(key, Place { journal: own as u32, offset, length });
+        self.index.note(key, JournalPlace { journal: own as u32, offset, length });
         Ok(())
     }
 

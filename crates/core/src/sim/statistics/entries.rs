@@ -135,9 +135,9 @@ fn time(list: &mut List) {
 }
 
 /// A column of [`StageBytes`]: of all stages, of one, definition, field.
-type Column = (Key, fn(Stage) -> Key, &'static str, fn(&StageBytes) -> u64);
+type EntryColumn = (Key, fn(Stage) -> Key, &'static str, fn(&StageBytes) -> u64);
 
-const COLUMNS: [Column; 3] = [
+const COLUMNS: [EntryColumn; 3] = [
     (Key::ReadBytes, Key::StageRead, "Bytes read from DRAM", |s| s.read),
     (Key::WriteBytes, Key::StageWrite, "Bytes written to DRAM", |s| s.write),
     (Key::SramBytes, Key::StageSram, "Bytes moved in or out of on-chip buffers", |s| s.sram),

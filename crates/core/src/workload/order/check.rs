@@ -86,17 +86,23 @@ impl SortCheck {
 /// Sorts the lists of `workload` (of its sort groups where it has any) with `sorter`.
 pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
     let keys: Vec<u32> = workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect();
-    let new = || Bench { workload, sorter, keys: &keys, list: List::default(), spare: Vec::new() };
+    let new = || OrderBench {
+        workload,
+        sorter,
+        keys: &keys,
+        list: OrderList::default(),
+        spare: Vec::new(),
+    };
     if workload.groups.is_empty() {
         let lists = workload.tiles.par_iter();
-        let each = |bench: &mut Bench, tile| {
+        let each = |bench: &mut OrderBench, tile| {
             let tile: &crate::workload::TileWork = tile;
             bench.check(workload.list_of(tile), tile.loaded as usize)
         };
         lists.map_init(new, each).reduce(SortCheck::default, SortCheck::join)
     } else {
         let groups = workload.groups.par_iter().enumerate();
-        let each = |bench: &mut Bench, (i, group): (usize, &crate::workload::GroupWork)| {
+        let each = |bench: &mut OrderBench, (i, group): (usize, &crate::workload::GroupWork)| {
             bench.check(&workload.group_list(i as u32), group.sorted as usize)
         };
         groups.map_init(new, each).reduce(SortCheck::default, SortCheck::join)
@@ -107,18 +113,18 @@ pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
 const SAMPLE: usize = 8;
 
 /// One list after the other.
-struct Bench<'a> {
+struct OrderBench<'a> {
     workload: &'a FrameWorkload,
     sorter: Sorter,
     /// By rank.
     keys: &'a [u32],
-    list: List,
+    list: OrderList,
     spare: Vec<u32>,
 }
 
 /// A list in exact order; what leaves the sorter are positions in it.
 #[derive(Default)]
-struct List {
+struct OrderList {
     keys: Vec<u32>,
     /// Scene index: when the entry arrived.
     arrival: Vec<u32>,
@@ -129,7 +135,7 @@ struct List {
     arrived: Vec<(u32, u32)>,
 }
 
-impl Bench<'_> {
+impl OrderBench<'_> {
     fn check(&mut self, ranks: &[u32], needed: usize) -> SortCheck {
         if ranks.is_empty() {
             return SortCheck::default();
@@ -181,7 +187,7 @@ fn runs(n: usize, value: impl Fn(usize) -> u32) -> u64 {
     pairs
 }
 
-impl List {
+impl OrderList {
     /// Sets `ends`: where the parts end after as many passes as even pivots would need.
     fn split(&mut self, chunk: usize, sorter: Sorter) {
         let n = self.keys.len();

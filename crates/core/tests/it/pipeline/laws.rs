@@ -10,7 +10,7 @@ use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::timeline::{Observer, Span};
 use powergs_core::accel::traffic::for_each_chunk;
 use powergs_core::accel::{
-    FrameContext, Machine, Replay, ResolvedUnits, Stall, Unit, replay, replay_with,
+    FrameContext, FrameReplay, Machine, ResolvedUnits, Stall, Unit, replay, replay_with,
 };
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
@@ -76,7 +76,7 @@ fn units_are_busy_for_exactly_their_work() {
 }
 
 /// Actions without those of dropped chunks.
-fn needed(replay: &Replay) -> Vec<u64> {
+fn needed(replay: &FrameReplay) -> Vec<u64> {
     let count = |stage, action| {
         replay.actions.count(stage, action) - replay.speculation.count(stage, action)
     };

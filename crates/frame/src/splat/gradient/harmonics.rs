@@ -22,7 +22,7 @@ pub(super) fn backward<S: Simd>(
     let zero = f32x16::splat(simd, 0.0);
     let mut by_gaussian = *basis;
     transpose(&mut by_gaussian);
-    let block = Block { part, seen, by_colour, by_gaussian };
+    let block = HarmonicsBlock { part, seen, by_colour, by_gaussian };
     let mut by_basis = match part.sh_degree {
         0 => block.spread::<1>(simd, out),
         1 => block.spread::<4>(simd, out),
@@ -36,7 +36,7 @@ pub(super) fn backward<S: Simd>(
     slopes(part.sh_degree, toward, &by_basis)
 }
 
-struct Block<'a, S: Simd> {
+struct HarmonicsBlock<'a, S: Simd> {
     part: &'a Stretch<'a>,
     seen: &'a [u32],
     by_colour: &'a [[f32; LANES]; 3],
@@ -44,7 +44,7 @@ struct Block<'a, S: Simd> {
     by_gaussian: [f32x16<S>; 16],
 }
 
-impl<S: Simd> Block<'_, S> {
+impl<S: Simd> HarmonicsBlock<'_, S> {
     /// Writes the gradients by `N` coefficients a channel; returns those by the basis functions of
     /// each Gaussian.
     #[inline(always)]

@@ -14,7 +14,7 @@ const NAME: &str = "foveated_quality";
 const TITLE: &str = "Quality against total power";
 
 /// A model on the page.
-struct Mark {
+struct QualityMark {
     watts: f64,
     psnr_db: Option<f64>,
     hvsq: Option<f64>,
@@ -44,9 +44,9 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
     let dense = r.dense().map(|m| per_watt * m.total_w());
     let dense = dense.filter(|_| r.reference == Reference::Own);
     let x = format!("total power, {unit}");
-    let point = |m: &Mark, v: f64| (per_watt * m.watts, v);
-    let psnr = |m: &Mark| m.psnr_db.map(|v| point(m, v));
-    let hvsq = |m: &Mark| m.hvsq.map(|v| point(m, 1e5 * v));
+    let point = |m: &QualityMark, v: f64| (per_watt * m.watts, v);
+    let psnr = |m: &QualityMark| m.psnr_db.map(|v| point(m, v));
+    let hvsq = |m: &QualityMark| m.hvsq.map(|v| point(m, 1e5 * v));
     let what = "PSNR: level 1 on whole test views; HVSQ: shown frames";
     Some(
         show.chart(NAME, TITLE, what)
@@ -58,8 +58,8 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
     )
 }
 
-fn marks(r: &Results) -> Vec<Mark> {
-    let foveated = r.foveated.iter().map(|f| Mark {
+fn marks(r: &Results) -> Vec<QualityMark> {
+    let foveated = r.foveated.iter().map(|f| QualityMark {
         watts: f.total_w(),
         psnr_db: r.model(&f.jobs[0]).and_then(|m| m.test.psnr_db),
         hvsq: f.worst().map(|(hvsq, _)| hvsq),
@@ -75,7 +75,7 @@ fn marks(r: &Results) -> Vec<Mark> {
         let compared = matches!(m.role, RoleKind::Baseline | RoleKind::External);
         // Against its own renders the dense model is perfect: no place on a scale.
         let is_perfect = is_dense && r.reference == Reference::Own;
-        (is_dense || is_ours || compared).then(|| Mark {
+        (is_dense || is_ours || compared).then(|| QualityMark {
             watts: m.total_w(),
             psnr_db: m.test.psnr_db.filter(|_| !is_perfect),
             hvsq: None,
@@ -95,10 +95,11 @@ fn marks(r: &Results) -> Vec<Mark> {
 }
 
 /// Where a mark is, if it has the value.
-type At<'a> = &'a dyn Fn(&Mark) -> Option<Place>;
+type At<'a> = &'a dyn Fn(&QualityMark) -> Option<Place>;
 
-fn panel(marks: &[Mark], x: &str, y: &str, at: At<'_>, dense: Option<f64>) -> Panel {
-    let shown: Vec<(&Mark, Place)> = marks.iter().filter_map(|m| Some((m, at(m)?))).collect();
+fn panel(marks: &[QualityMark], x: &str, y: &str, at: At<'_>, dense: Option<f64>) -> Panel {
+    let shown: Vec<(&QualityMark, Place)> =
+        marks.iter().filter_map(|m| Some((m, at(m)?))).collect();
     let powers = shown.iter().map(|(_, p)| p.0).chain(dense);
     let across = Axis::new(x, Scale::around(powers, 0.1));
     let up = Axis::new(y, Scale::around(shown.iter().map(|(_, p)| p.1), 0.12));
@@ -127,7 +128,7 @@ fn panel(marks: &[Mark], x: &str, y: &str, at: At<'_>, dense: Option<f64>) -> Pa
 }
 
 /// Lines through the variants of a method.
-fn join(panel: Panel, shown: &[(&Mark, Place)]) -> Panel {
+fn join(panel: Panel, shown: &[(&QualityMark, Place)]) -> Panel {
     let mut methods: Vec<Method> = shown.iter().filter_map(|(m, _)| m.method).collect();
     methods.sort_by_key(|method| method.name());
     methods.dedup();

@@ -24,7 +24,7 @@ const KINKED: Colour = Colour::GREY;
 const WIDEST: f64 = 150.0;
 
 /// One bar of the chart.
-struct Bar {
+struct ChartBar {
     label: String,
     elasticity: Option<f64>,
     /// Whether it is the same on both sides.
@@ -38,7 +38,7 @@ struct Bar {
 pub fn charts(all: &Keys) -> Vec<Chart> {
     let mut charts = Vec::new();
     for (measure, name, title) in CHARTS {
-        let mut bars: Vec<Bar> = all.rows.iter().filter_map(|row| bar(row, measure)).collect();
+        let mut bars: Vec<ChartBar> = all.rows.iter().filter_map(|row| bar(row, measure)).collect();
         bars.sort_by(|a, b| b.effect.total_cmp(&a.effect));
         bars.truncate(MOST);
         if !bars.is_empty() {
@@ -49,7 +49,7 @@ pub fn charts(all: &Keys) -> Vec<Chart> {
 }
 
 /// The bar of a key; of names the one that moves most. `None` if nothing is to be seen.
-fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
+fn bar(row: &KeyRow, measure: Measure) -> Option<ChartBar> {
     let elasticity = row.elasticity(measure).map(|e| e.value);
     let smooth = row.shape(measure) == Shape::Smooth;
     let percent = |change: Option<f64>| change.map(|c| c * 100.0);
@@ -63,7 +63,7 @@ fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
         (format!("{}={}", row.key, step.value), [None, percent(Some(change))])
     };
     let effect = change.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
-    (effect >= 0.05).then_some(Bar { label, elasticity, smooth, change, effect })
+    (effect >= 0.05).then_some(ChartBar { label, elasticity, smooth, change, effect })
 }
 
 fn chart(
@@ -71,11 +71,11 @@ fn chart(
     measure: Measure,
     name: &'static str,
     title: &'static str,
-    bars: &[Bar],
+    bars: &[ChartBar],
 ) -> Chart {
     let what = measure.title();
     let names = Axis::names(bars.iter().map(|b| b.label.as_str()));
-    let slopes = |b: &Bar| if b.smooth { [b.elasticity, None] } else { [None, b.elasticity] };
+    let slopes = |b: &ChartBar| if b.smooth { [b.elasticity, None] } else { [None, b.elasticity] };
     let elasticities: Vec<[Option<f64>; 2]> = bars.iter().map(slopes).collect();
     let changes: Vec<[Option<f64>; 2]> = bars.iter().map(|b| b.change).collect();
     let x = both_ways(&format!("elasticity of {what}"), &elasticities, 0.1, WIDEST);

@@ -3,7 +3,7 @@
 use super::{Lane, chart_of};
 use crate::format::{rounded, shortened_inside};
 use crate::sweep::axis::Axis;
-use crate::sweep::colour::Key;
+use crate::sweep::colour::ColourKey;
 use crate::sweep::words::knee_name;
 use powergs_chart::{
     Chart, Colour, Entry, Gauge, Line, Mark, Panel, Place, Scale, Symbol, Weight, Words, tick_label,
@@ -29,7 +29,7 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Chart {
             Axis::of(&objectives[j].name, values)
         })
         .collect();
-    let key = Key::named(analysis, &objectives[0].name, &analysis.front);
+    let key = ColourKey::named(analysis, &objectives[0].name, &analysis.front);
     let first = axes.first().map_or("", |a| &a.axis.title);
     let knee = format!("{} {}", knee_name(analysis), analysis.table.label(analysis.knee));
     let chart = chart_of(analysis, TITLE)
@@ -46,7 +46,7 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Chart {
 }
 
 /// Heights are shares of the panel: every upright axis has its own values.
-fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &Key) -> Panel {
+fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &ColourKey) -> Panel {
     let height = |lane: &Lane, place: usize| (place as f64 + 0.5) / lane.order.len() as f64;
     let line = |row: u32| -> Vec<Place> {
         let settings = lanes.iter().map(|lane| height(lane, lane.place(row)));

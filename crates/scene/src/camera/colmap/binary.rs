@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::super::{CameraError, CameraFile};
 use super::models::{Intrinsics, MAX_PARAMETERS, intrinsics, parameters_of_id};
-use super::{Image, views};
+use super::{ColmapImage, views};
 
 /// Longest name of an image, bytes.
 const MAX_NAME: u64 = 4096;
@@ -20,13 +20,13 @@ const POINT_BYTES: u64 = 24;
 /// # Errors
 /// [`CameraError`]: a damaged file, or a camera that cannot be used.
 pub fn read_binary(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
-    let cameras = read_cameras(Source { reader: cameras, file: "cameras.bin", offset: 0 })?;
-    let images = read_images(Source { reader: images, file: "images.bin", offset: 0 })?;
+    let cameras = read_cameras(BinarySource { reader: cameras, file: "cameras.bin", offset: 0 })?;
+    let images = read_images(BinarySource { reader: images, file: "images.bin", offset: 0 })?;
     views("COLMAP binary", &cameras, images, Vec::new())
 }
 
 fn read_cameras<R: BufRead>(
-    mut source: Source<R>,
+    mut source: BinarySource<R>,
 ) -> Result<BTreeMap<u32, Intrinsics>, CameraError> {
     let count = source.u64("the number of cameras")?;
     let mut cameras = BTreeMap::new();
@@ -55,7 +55,7 @@ fn read_cameras<R: BufRead>(
     Ok(cameras)
 }
 
-fn read_images<R: BufRead>(mut source: Source<R>) -> Result<Vec<Image>, CameraError> {
+fn read_images<R: BufRead>(mut source: BinarySource<R>) -> Result<Vec<ColmapImage>, CameraError> {
     let count = source.u64("the number of images")?;
     let mut images = Vec::new();
     for _ in 0..count {
@@ -70,20 +70,20 @@ fn read_images<R: BufRead>(mut source: Source<R>) -> Result<Vec<Image>, CameraEr
         let points = source.u64("the number of 2D points")?;
         source.skip(points)?;
         let translation = DVec3::new(tx, ty, tz);
-        images.push(Image { id, quaternion: [w, x, y, z], translation, camera, name });
+        images.push(ColmapImage { id, quaternion: [w, x, y, z], translation, camera, name });
     }
     source.end("images")?;
     Ok(images)
 }
 
 /// A reader that knows where it is.
-struct Source<R> {
+struct BinarySource<R> {
     reader: R,
     file: &'static str,
     offset: u64,
 }
 
-impl<R: BufRead> Source<R> {
+impl<R: BufRead> BinarySource<R> {
     fn fault(&self, what: impl Into<String>) -> CameraError {
         CameraError::Binary { file: self.file, offset: self.offset, what: what.into() }
     }

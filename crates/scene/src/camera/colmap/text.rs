@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::super::{CameraError, CameraFile};
 use super::models::{Intrinsics, id_of_name, intrinsics};
-use super::{Image, views};
+use super::{ColmapImage, views};
 
 /// Reads the text layout. Memory is in proportion to the views and the longest line.
 ///
@@ -16,13 +16,13 @@ use super::{Image, views};
 /// [`CameraError`]: a line that cannot be read, or a camera that cannot be used.
 pub fn read_text(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
     let mut warnings = Vec::new();
-    let cameras = read_cameras(Lines::new(cameras, "cameras.txt"), &mut warnings)?;
-    let images = read_images(Lines::new(images, "images.txt"), &mut warnings)?;
+    let cameras = read_cameras(ColmapLines::new(cameras, "cameras.txt"), &mut warnings)?;
+    let images = read_images(ColmapLines::new(images, "images.txt"), &mut warnings)?;
     views("COLMAP text", &cameras, images, warnings)
 }
 
 fn read_cameras<R: BufRead>(
-    mut lines: Lines<R>,
+    mut lines: ColmapLines<R>,
     warnings: &mut Vec<String>,
 ) -> Result<BTreeMap<u32, Intrinsics>, CameraError> {
     let mut cameras = BTreeMap::new();
@@ -46,9 +46,9 @@ fn read_cameras<R: BufRead>(
 }
 
 fn read_images<R: BufRead>(
-    mut lines: Lines<R>,
+    mut lines: ColmapLines<R>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Image>, CameraError> {
+) -> Result<Vec<ColmapImage>, CameraError> {
     let mut images = Vec::new();
     while let Some(line) = lines.next_entry()? {
         let mut words = line.split_whitespace();
@@ -71,7 +71,7 @@ fn read_images<R: BufRead>(
             return Err(lines.fault(what));
         }
         let translation = DVec3::new(tx, ty, tz);
-        images.push(Image { id, quaternion: [w, x, y, z], translation, camera, name });
+        images.push(ColmapImage { id, quaternion: [w, x, y, z], translation, camera, name });
     }
     lines.compare_count(images.len(), warnings);
     Ok(images)
@@ -84,7 +84,7 @@ fn is_list_of_points(line: &str) -> bool {
 }
 
 /// Lines with their numbers.
-struct Lines<R> {
+struct ColmapLines<R> {
     reader: R,
     file: &'static str,
     number: usize,
@@ -92,7 +92,7 @@ struct Lines<R> {
     promised: Option<usize>,
 }
 
-impl<R: BufRead> Lines<R> {
+impl<R: BufRead> ColmapLines<R> {
     fn new(reader: R, file: &'static str) -> Self {
         Self { reader, file, number: 0, promised: None }
     }

@@ -11,7 +11,7 @@ use super::super::super::convert::{colour, opacities_beyond_bytes, opacity_byte,
 use super::super::super::export::Clamped;
 use super::super::super::smallest_three::{SmallestThree, encode};
 use super::super::header::ANTIALIASED;
-use super::{BOUNDS, CHUNK, Chunk, PACKED, component, sh_value};
+use super::{BOUNDS, CHUNK, CompressedChunk, PACKED, component, sh_value};
 
 /// SH coefficients are held up to this magnitude.
 const MOST_SH: f32 = 4.0;
@@ -65,8 +65,8 @@ fn rgb(scene: &Gaussians, i: usize) -> [f32; 3] {
 }
 
 /// The bounds of a chunk.
-fn bounds(scene: &Gaussians, range: Range<usize>) -> Chunk {
-    let mut chunk: Chunk = [0.0; 18];
+fn bounds(scene: &Gaussians, range: Range<usize>) -> CompressedChunk {
+    let mut chunk: CompressedChunk = [0.0; 18];
     for half in 0..6 {
         let (start, pick): (f32, fn(f32, f32) -> f32) =
             if half % 2 == 0 { (f32::MAX, f32::min) } else { (f32::MIN, f32::max) };
@@ -85,7 +85,7 @@ fn bounds(scene: &Gaussians, range: Range<usize>) -> Chunk {
 }
 
 /// The four words of Gaussian `i`.
-fn pack(scene: &Gaussians, i: usize, chunk: &Chunk) -> [u32; 4] {
+fn pack(scene: &Gaussians, i: usize, chunk: &CompressedChunk) -> [u32; 4] {
     let three = |values: [f32; 3], at: usize, steps: [f64; 3]| -> [u32; 3] {
         std::array::from_fn(|axis| {
             let (min, max) = (chunk[at + axis], chunk[at + axis + 3]);

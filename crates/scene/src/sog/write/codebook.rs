@@ -57,7 +57,7 @@ impl Codebook {
 }
 
 /// A run of sorted values.
-struct Cell {
+struct CodebookCell {
     start: usize,
     end: usize,
     mean: f64,
@@ -65,35 +65,35 @@ struct Cell {
     error: f64,
 }
 
-impl Cell {
-    fn of(sorted: &[f32], start: usize, end: usize) -> Cell {
+impl CodebookCell {
+    fn of(sorted: &[f32], start: usize, end: usize) -> CodebookCell {
         let values = &sorted[start..end];
         // Differences to one of the values, so that large ones elsewhere cost no digits.
         let base = f64::from(values[0]);
         let sum: f64 = values.iter().map(|v| f64::from(*v) - base).sum();
         let mean = base + sum / values.len() as f64;
         let error = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum();
-        Cell { start, end, mean, error }
+        CodebookCell { start, end, mean, error }
     }
 }
 
-impl PartialEq for Cell {
-    fn eq(&self, other: &Cell) -> bool {
+impl PartialEq for CodebookCell {
+    fn eq(&self, other: &CodebookCell) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Cell {}
+impl Eq for CodebookCell {}
 
-impl PartialOrd for Cell {
-    fn partial_cmp(&self, other: &Cell) -> Option<Ordering> {
+impl PartialOrd for CodebookCell {
+    fn partial_cmp(&self, other: &CodebookCell) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
 /// The largest error first; of equal ones the cell farther left.
-impl Ord for Cell {
-    fn cmp(&self, other: &Cell) -> Ordering {
+impl Ord for CodebookCell {
+    fn cmp(&self, other: &CodebookCell) -> Ordering {
         self.error.total_cmp(&other.error).then(other.start.cmp(&self.start))
     }
 }
@@ -111,7 +111,7 @@ fn means(sorted: &[f32]) -> Vec<f32> {
         means.par_iter_mut().enumerate().for_each(|(i, mean)| {
             let (start, end) = (cuts[i], cuts[i + 1]);
             if start < end {
-                *mean = Cell::of(sorted, start, end).mean;
+                *mean = CodebookCell::of(sorted, start, end).mean;
             }
         });
     }
@@ -119,8 +119,8 @@ fn means(sorted: &[f32]) -> Vec<f32> {
 }
 
 /// Cells in ascending order.
-fn split(sorted: &[f32]) -> Vec<Cell> {
-    let mut heap = BinaryHeap::from([Cell::of(sorted, 0, sorted.len())]);
+fn split(sorted: &[f32]) -> Vec<CodebookCell> {
+    let mut heap = BinaryHeap::from([CodebookCell::of(sorted, 0, sorted.len())]);
     let mut whole = Vec::new();
     while heap.len() + whole.len() < ENTRIES {
         let Some(cell) = heap.pop() else { break };
@@ -130,8 +130,8 @@ fn split(sorted: &[f32]) -> Vec<Cell> {
             whole.push(cell);
             continue;
         }
-        heap.push(Cell::of(sorted, start, cut));
-        heap.push(Cell::of(sorted, cut, end));
+        heap.push(CodebookCell::of(sorted, start, cut));
+        heap.push(CodebookCell::of(sorted, cut, end));
     }
     whole.extend(heap);
     whole.sort_unstable_by_key(|cell| cell.start);

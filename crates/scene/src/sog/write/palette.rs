@@ -11,20 +11,20 @@ use super::vectors::{Vectors, cluster};
 const MOST: usize = 1 << 16;
 
 /// Vectors, and which of them each Gaussian has.
-pub(super) struct Palette {
+pub(super) struct SogPalette {
     /// The entries, `[channel][coefficient]` each.
     pub values: Vec<f32>,
     /// For each Gaussian the index of its entry.
     pub labels: Vec<u16>,
 }
 
-impl Palette {
+impl SogPalette {
     /// The palette of a model whose degree is not 0.
     ///
     /// All different vectors where labels and codebook hold them, that is up to 65,536 vectors of
     /// at most 256 different numbers, or where there are no more than the palette has room for
     /// ([`size`]); otherwise means of vectors that are alike.
-    pub(crate) fn of(scene: &Gaussians) -> Palette {
+    pub(crate) fn of(scene: &Gaussians) -> SogPalette {
         let n = scene.sh_coefficients();
         let channels = scene.sh.chunks_exact(n);
         let values: Vec<f32> = channels.flat_map(|channel| &channel[1..]).copied().collect();
@@ -34,7 +34,7 @@ impl Palette {
             Some(all) if all.len(&vectors) <= room || has_few_values(&all.values) => all,
             _ => {
                 let (values, labels) = cluster(&vectors, room);
-                Palette { values, labels }
+                SogPalette { values, labels }
             }
         }
     }
@@ -51,9 +51,9 @@ fn size(count: usize) -> usize {
 }
 
 /// All different vectors in the order in which they appear, unless there are too many.
-fn different(vectors: &Vectors<'_>) -> Option<Palette> {
+fn different(vectors: &Vectors<'_>) -> Option<SogPalette> {
     let mut places: HashMap<&[u8], u16> = HashMap::new();
-    let mut palette = Palette { values: Vec::new(), labels: Vec::new() };
+    let mut palette = SogPalette { values: Vec::new(), labels: Vec::new() };
     for vector in vectors.iter() {
         let bits: &[u8] = bytemuck::cast_slice(vector);
         let next = places.len();

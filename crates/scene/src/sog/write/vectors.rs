@@ -147,7 +147,7 @@ fn move_means(vectors: &Vectors<'_>, block: &[u32], labels: &[u32], means: &mut 
 }
 
 /// A group of vectors, before it is split.
-struct Group {
+struct VectorGroup {
     members: Vec<u32>,
     /// Sum of the squared differences to the mean, over all coordinates.
     error: f64,
@@ -156,14 +156,14 @@ struct Group {
     mean: f64,
 }
 
-impl Group {
+impl VectorGroup {
     /// `members` are places in the block, ascending.
-    fn of(vectors: &Vectors<'_>, block: &[u32], members: Vec<u32>) -> Group {
+    fn of(vectors: &Vectors<'_>, block: &[u32], members: Vec<u32>) -> VectorGroup {
         let inside: Vec<u32> = members.iter().map(|at| block[*at as usize]).collect();
         let all: Vec<_> = (0..vectors.dimensions).map(|a| vectors.spread(&inside, a)).collect();
         let spreads: Vec<f64> = all.iter().map(|(_, spread)| *spread).collect();
         let axis = largest(&spreads);
-        Group { members, error: spreads.iter().sum(), axis, mean: all[axis].0 }
+        VectorGroup { members, error: spreads.iter().sum(), axis, mean: all[axis].0 }
     }
 
     fn key(&self) -> (f64, Reverse<u32>) {
@@ -171,23 +171,23 @@ impl Group {
     }
 }
 
-impl PartialEq for Group {
-    fn eq(&self, other: &Group) -> bool {
+impl PartialEq for VectorGroup {
+    fn eq(&self, other: &VectorGroup) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for Group {}
+impl Eq for VectorGroup {}
 
-impl PartialOrd for Group {
-    fn partial_cmp(&self, other: &Group) -> Option<Ordering> {
+impl PartialOrd for VectorGroup {
+    fn partial_cmp(&self, other: &VectorGroup) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
 /// The largest error first; of equal ones that with the earliest vector.
-impl Ord for Group {
-    fn cmp(&self, other: &Group) -> Ordering {
+impl Ord for VectorGroup {
+    fn cmp(&self, other: &VectorGroup) -> Ordering {
         let (a, b) = (self.key(), other.key());
         a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
     }
@@ -196,7 +196,7 @@ impl Ord for Group {
 /// Divides a block into at most `count` groups: for each vector the index of its group.
 fn split(vectors: &Vectors<'_>, block: &[u32], count: usize) -> Vec<u32> {
     let all = (0..block.len() as u32).collect();
-    let mut heap = BinaryHeap::from([Group::of(vectors, block, all)]);
+    let mut heap = BinaryHeap::from([VectorGroup::of(vectors, block, all)]);
     let mut whole = Vec::new();
     while heap.len() + whole.len() < count {
         let Some(group) = heap.pop() else { break };
@@ -206,8 +206,8 @@ fn split(vectors: &Vectors<'_>, block: &[u32], count: usize) -> Vec<u32> {
             whole.push(group);
             continue;
         }
-        heap.push(Group::of(vectors, block, left));
-        heap.push(Group::of(vectors, block, right));
+        heap.push(VectorGroup::of(vectors, block, left));
+        heap.push(VectorGroup::of(vectors, block, right));
     }
     whole.extend(heap);
     whole.sort_unstable_by_key(|group| group.members[0]);

@@ -3,25 +3,25 @@
 use glam::DVec3;
 use rand_pcg::Pcg64Mcg;
 
-use super::super::layout::{Builder, Kind, Part};
-use super::super::shape::Shape;
+use super::super::layout::{Builder, LayoutKind, LayoutPart};
+use super::super::shape::SynthShape;
 use super::super::texture::{Look, Pattern};
 use super::{between, bush, floaters, paint, sky, tree};
 
 /// The garden.
-pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
+pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     table(&mut builder, rng);
     builder.share(0, 0.09);
     let from = builder.parts.len();
     let soil = Look::matt([0.30, 0.24, 0.16], [0.36, 0.40, 0.18], Pattern::Noise, 0.6);
-    let ground = Shape::Ground { centre: DVec3::ZERO, core: 2.2, radius: 80.0 };
+    let ground = SynthShape::Ground { centre: DVec3::ZERO, core: 2.2, radius: 80.0 };
     builder.surface(ground, soil, 1.0);
     builder.share(from, 0.11);
     let lawn = Look::matt([0.14, 0.28, 0.06], [0.46, 0.52, 0.18], Pattern::Noise, 0.4);
     let (core, radius, height, layers) = (2.2, 40.0, 0.12, 1.5);
-    let grass = Shape::Grass { centre: DVec3::ZERO, core, radius, height, layers };
-    builder.other(grass, lawn, Kind::Foliage, 0.19, 0.46);
+    let grass = SynthShape::Grass { centre: DVec3::ZERO, core, radius, height, layers };
+    builder.other(grass, lawn, LayoutKind::Foliage, 0.19, 0.46);
     let from = builder.parts.len();
     plants(&mut builder, rng);
     builder.share(from, 0.50);
@@ -32,7 +32,7 @@ pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
 
 fn table(builder: &mut Builder, rng: &mut Pcg64Mcg) {
     let wood = Look::matt([0.46, 0.34, 0.22], [0.62, 0.50, 0.36], Pattern::Planks, 0.12);
-    let top = Shape::Cylinder {
+    let top = SynthShape::Cylinder {
         base: DVec3::new(0.0, 0.0, 0.7),
         axis: DVec3::Z,
         radius: 0.65,
@@ -44,12 +44,12 @@ fn table(builder: &mut Builder, rng: &mut Pcg64Mcg) {
         let angle = std::f64::consts::FRAC_PI_2 * f64::from(idx) + 0.4;
         let base = DVec3::new(0.45 * angle.cos(), 0.45 * angle.sin(), 0.0);
         builder.surface(
-            Shape::Cylinder { base, axis: DVec3::Z, radius: 0.035, height: 0.7 },
+            SynthShape::Cylinder { base, axis: DVec3::Z, radius: 0.035, height: 0.7 },
             steel,
             1.5,
         );
     }
-    let vase = Shape::Cylinder {
+    let vase = SynthShape::Cylinder {
         base: DVec3::new(0.0, 0.0, 0.75),
         axis: DVec3::Z,
         radius: 0.1,

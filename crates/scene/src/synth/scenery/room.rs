@@ -4,8 +4,8 @@ use glam::DVec3;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::super::layout::{Builder, Part};
-use super::super::shape::Shape;
+use super::super::layout::{Builder, LayoutPart};
+use super::super::shape::SynthShape;
 use super::super::texture::{Look, Pattern};
 use super::{between, bush, floaters, paint};
 
@@ -13,7 +13,7 @@ use super::{between, bush, floaters, paint};
 const TABLE: f64 = 0.74;
 
 /// The room.
-pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
+pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     table(&mut builder, rng);
     builder.share(0, 0.53);
@@ -36,7 +36,11 @@ fn table(builder: &mut Builder, rng: &mut Pcg64Mcg) {
     }
     let pot = Look::matt([0.60, 0.32, 0.22], [0.45, 0.22, 0.15], Pattern::Noise, 0.05);
     let base = DVec3::new(0.0, 0.0, TABLE);
-    builder.surface(Shape::Cylinder { base, axis: DVec3::Z, radius: 0.14, height: 0.12 }, pot, 1.5);
+    builder.surface(
+        SynthShape::Cylinder { base, axis: DVec3::Z, radius: 0.14, height: 0.12 },
+        pot,
+        1.5,
+    );
     for _ in 0..7 {
         let offset = DVec3::new(
             between(rng, -0.18, 0.18),
@@ -51,9 +55,9 @@ fn table(builder: &mut Builder, rng: &mut Pcg64Mcg) {
         let (radius, height) = (between(rng, 0.02, 0.06), between(rng, 0.05, 0.2));
         let centre = foot + DVec3::Z * radius;
         match rng.random_range(0..3) {
-            0 => builder.surface(Shape::Ball { centre, radius }, look, 1.5),
+            0 => builder.surface(SynthShape::Ball { centre, radius }, look, 1.5),
             1 => {
-                let shape = Shape::Cylinder { base: foot, axis: DVec3::Z, radius, height };
+                let shape = SynthShape::Cylinder { base: foot, axis: DVec3::Z, radius, height };
                 builder.surface(shape, look, 1.5);
             }
             _ => {
@@ -69,7 +73,7 @@ fn walls(builder: &mut Builder) {
     let wall = Look::matt([0.80, 0.77, 0.70], [0.72, 0.68, 0.62], Pattern::Noise, 1.2);
     let brick = Look::matt([0.55, 0.30, 0.24], [0.75, 0.70, 0.64], Pattern::Bricks, 0.12);
     let centre = DVec3::new(0.0, 0.0, 0.0);
-    builder.surface(Shape::Ground { centre, core: 2.0, radius: 3.2 }, floor, 1.0);
+    builder.surface(SynthShape::Ground { centre, core: 2.0, radius: 3.2 }, floor, 1.0);
     builder.block(DVec3::new(0.0, 0.0, 2.7), DVec3::new(6.0, 5.0, 0.1), 0.0, wall, 0.25);
     for (x, look) in [(-3.0, wall), (3.0, brick)] {
         builder.block(DVec3::new(x, 0.0, 0.0), DVec3::new(0.1, 5.0, 2.7), 0.0, look, 0.4);

@@ -3,19 +3,19 @@
 use glam::DVec3;
 use rand_pcg::Pcg64Mcg;
 
-use super::super::layout::{Builder, Part};
-use super::super::shape::Shape;
+use super::super::layout::{Builder, LayoutPart};
+use super::super::shape::SynthShape;
 use super::super::texture::{Look, Pattern};
 use super::{between, floaters, paint, sky, tree};
 
 /// The yard.
-pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
+pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     truck(&mut builder, rng);
     builder.share(0, 0.20);
     let from = builder.parts.len();
     let gravel = Look::matt([0.42, 0.40, 0.37], [0.58, 0.56, 0.52], Pattern::Noise, 0.3);
-    let ground = Shape::Ground { centre: DVec3::ZERO, core: 5.0, radius: 45.0 };
+    let ground = SynthShape::Ground { centre: DVec3::ZERO, core: 5.0, radius: 45.0 };
     builder.surface(ground, gravel, 1.0);
     builder.share(from, 0.20);
     let from = builder.parts.len();
@@ -52,7 +52,7 @@ fn truck(builder: &mut Builder, rng: &mut Pcg64Mcg) {
     for x in [-2.0, -1.0, 2.4] {
         for side in [-1.05, 0.8] {
             let base = DVec3::new(x, side, 0.45);
-            let shape = Shape::Cylinder { base, axis: DVec3::Y, radius: 0.45, height: 0.25 };
+            let shape = SynthShape::Cylinder { base, axis: DVec3::Y, radius: 0.45, height: 0.25 };
             builder.surface(shape, steel, 1.6);
         }
     }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use rand_pcg::Pcg64Mcg;
 
-use super::super::layout::{Builder, Part};
-use super::super::shape::Shape;
+use super::super::layout::{Builder, LayoutPart};
+use super::super::shape::SynthShape;
 use super::super::texture::{Look, Pattern};
 use super::{between, floaters, paint};
 
@@ -12,7 +12,7 @@ use super::{between, floaters, paint};
 const GREEN: [f32; 3] = [0.30, 0.48, 0.22];
 
 /// The toy alone, before black.
-pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
+pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     digger(&mut builder);
     studs(&mut builder);
@@ -23,13 +23,13 @@ pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<Part> {
 }
 
 /// The toy on a table in front of a wall of colour: small, with a background.
-pub(in super::super) fn on_a_table(rng: &mut Pcg64Mcg) -> Vec<Part> {
+pub(in super::super) fn on_a_table(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     digger(&mut builder);
     bricks(&mut builder, rng, 16, 1.8);
     builder.share(0, 0.70);
     let board = Look::matt([0.52, 0.34, 0.20], [0.70, 0.52, 0.34], Pattern::Planks, 0.35);
-    let table = Shape::Ground { centre: DVec3::new(0.0, 0.0, -0.06), core: 1.2, radius: 5.0 };
+    let table = SynthShape::Ground { centre: DVec3::new(0.0, 0.0, -0.06), core: 1.2, radius: 5.0 };
     let from = builder.parts.len();
     builder.surface(table, board, 1.0);
     builder.share(from, 0.20);
@@ -50,7 +50,7 @@ fn digger(builder: &mut Builder) {
         block(builder, [0.0, side, 0.05], [1.0, 0.18, 0.10], grey, 1.5);
         for wheel in 0..6 {
             let base = DVec3::new(-0.42 + 0.168 * f64::from(wheel), side - 0.10, 0.11);
-            let shape = Shape::Cylinder { base, axis: DVec3::Y, radius: 0.085, height: 0.2 };
+            let shape = SynthShape::Cylinder { base, axis: DVec3::Y, radius: 0.085, height: 0.2 };
             builder.surface(shape, grey, 1.8);
         }
     }
@@ -62,7 +62,7 @@ fn digger(builder: &mut Builder) {
         block(builder, [0.48, side, 0.22], [0.34, 0.05, 0.06], grey, 1.6);
         let base = DVec3::new(-0.62, side, 0.28);
         let axis = DVec3::new(-0.35, 0.0, 0.93).normalize();
-        builder.surface(Shape::Cylinder { base, axis, radius: 0.03, height: 0.5 }, grey, 1.8);
+        builder.surface(SynthShape::Cylinder { base, axis, radius: 0.03, height: 0.5 }, grey, 1.8);
     }
 }
 
@@ -91,7 +91,7 @@ fn bricks(builder: &mut Builder, rng: &mut Pcg64Mcg, count: usize, scale: f64) {
 
 fn stud(builder: &mut Builder, base: DVec3, radius: f64, look: Look) {
     builder.surface(
-        Shape::Cylinder { base, axis: DVec3::Z, radius, height: 0.8 * radius },
+        SynthShape::Cylinder { base, axis: DVec3::Z, radius, height: 0.8 * radius },
         look,
         1.5,
     );

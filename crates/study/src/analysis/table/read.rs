@@ -5,8 +5,8 @@ use std::io::Read;
 
 use csv::StringRecord;
 
-use super::words::Builder;
-use super::{BASELINE, Column, Counts, Over, Table, TableError, Values};
+use super::words::WordBuilder;
+use super::{BASELINE, Column, Over, Table, TableCounts, TableError, Values};
 use crate::analysis::question::Question;
 use crate::sweep::run::results::Results;
 use crate::sweep::table::{Cell, Column as ResultColumn, MODEL};
@@ -93,11 +93,11 @@ impl Collector {
 
 /// A metric column being read.
 #[derive(Debug)]
-enum Metric {
+enum ReadMetric {
     /// Empty cells only so far; how many.
     Empty(usize),
     Numbers(Vec<f64>),
-    Words(Builder),
+    Words(WordBuilder),
 }
 
 /// A table being read.
@@ -106,15 +106,15 @@ struct Building {
     fixed: [usize; FIXED.len()],
     points: Vec<u64>,
     ids: Vec<u128>,
-    energy_tables: Builder,
+    energy_tables: WordBuilder,
     over: Vec<Over>,
-    traces: Builder,
+    traces: WordBuilder,
     /// The column of the model of the DRAM; results of before have none.
     model: Option<usize>,
-    models: Builder,
+    models: WordBuilder,
     records: Vec<u32>,
-    axes: Vec<(usize, String, Builder)>,
-    metrics: Vec<(usize, String, Metric)>,
+    axes: Vec<(usize, String, WordBuilder)>,
+    metrics: Vec<(usize, String, ReadMetric)>,
     metric_names: Vec<String>,
     ok: BTreeSet<u64>,
     invalid: BTreeSet<u64>,
@@ -159,12 +159,12 @@ impl Building {
                 continue;
             }
             if i < first_metric && !building.accompanies(name) {
-                building.axes.push((i, name.to_owned(), Builder::default()));
+                building.axes.push((i, name.to_owned(), WordBuilder::default()));
                 continue;
             }
             building.metric_names.push(name.to_owned());
             if wants(name) {
-                building.metrics.push((i, name.to_owned(), Metric::Empty(0)));
+                building.metrics.push((i, name.to_owned(), ReadMetric::Empty(0)));
             }
         }
         Ok(building)
@@ -305,7 +305,7 @@ impl Building {
                 .map(|(_, name, metric)| Column { name, values: metric.finish(rows) })
                 .collect(),
             metric_names: self.metric_names,
-            counts: Counts {
+            counts: TableCounts {
                 ok: self.ok.iter().filter(whole).count(),
                 invalid: self.invalid.len(),
                 failed: self.failed.len(),
@@ -317,19 +317,19 @@ impl Building {
     }
 }
 
-impl Metric {
+impl ReadMetric {
     fn push(&mut self, text: &str) -> Result<(), &'static str> {
-        if let (&mut Metric::Empty(n), false) = (&mut *self, text.is_empty()) {
-            *self = Metric::begun(text, n);
+        if let (&mut ReadMetric::Empty(n), false) = (&mut *self, text.is_empty()) {
+            *self = ReadMetric::begun(text, n);
         }
         match self {
-            Metric::Empty(n) => *n += 1,
-            Metric::Numbers(numbers) if text.is_empty() => numbers.push(f64::NAN),
-            Metric::Numbers(numbers) => {
+            ReadMetric::Empty(n) => *n += 1,
+            ReadMetric::Numbers(numbers) if text.is_empty() => numbers.push(f64::NAN),
+            ReadMetric::Numbers(numbers) => {
                 let number = text.parse().map_err(|_| "a number, as the rows above have")?;
                 numbers.push(number);
             }
-            Metric::Words(words) => words.push(text),
+            ReadMetric::Words(words) => words.push(text),
         }
         Ok(())
     }
@@ -340,36 +340,36 @@ impl Metric {
             Cell::Integer(n) => *n as f64,
             Cell::Empty | Cell::Text(_) | Cell::Truth(_) => f64::NAN,
         };
-        if let (&mut Metric::Empty(n), false) = (&mut *self, *cell == Cell::Empty) {
+        if let (&mut ReadMetric::Empty(n), false) = (&mut *self, *cell == Cell::Empty) {
             *self = match cell {
-                Cell::Text(text) => Metric::begun(text, n),
-                _ => Metric::Numbers(vec![f64::NAN; n]),
+                Cell::Text(text) => ReadMetric::begun(text, n),
+                _ => ReadMetric::Numbers(vec![f64::NAN; n]),
             };
         }
         match self {
-            Metric::Empty(n) => *n += 1,
-            Metric::Numbers(numbers) => numbers.push(number),
-            Metric::Words(words) => words.push(&cell.text()),
+            ReadMetric::Empty(n) => *n += 1,
+            ReadMetric::Numbers(numbers) => numbers.push(number),
+            ReadMetric::Words(words) => words.push(&cell.text()),
         }
     }
 
     /// A column whose first value is `text`, after `n` empty cells.
-    fn begun(text: &str, n: usize) -> Metric {
+    fn begun(text: &str, n: usize) -> ReadMetric {
         if text.parse::<f64>().is_ok() {
-            return Metric::Numbers(vec![f64::NAN; n]);
+            return ReadMetric::Numbers(vec![f64::NAN; n]);
         }
-        let mut words = Builder::default();
+        let mut words = WordBuilder::default();
         for _ in 0..n {
             words.push("");
         }
-        Metric::Words(words)
+        ReadMetric::Words(words)
     }
 
     fn finish(self, rows: usize) -> Values {
         match self {
-            Metric::Empty(_) => Values::Numbers(vec![f64::NAN; rows]),
-            Metric::Numbers(numbers) => Values::Numbers(numbers),
-            Metric::Words(words) => Values::Words(words.finish()),
+            ReadMetric::Empty(_) => Values::Numbers(vec![f64::NAN; rows]),
+            ReadMetric::Numbers(numbers) => Values::Numbers(numbers),
+            ReadMetric::Words(words) => Values::Words(words.finish()),
         }
     }
 }

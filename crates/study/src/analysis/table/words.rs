@@ -86,12 +86,12 @@ impl Words {
 
 /// Collects a column of words.
 #[derive(Debug, Default)]
-pub(super) struct Builder {
+pub(super) struct WordBuilder {
     words: Words,
     known: HashMap<String, u32>,
 }
 
-impl Builder {
+impl WordBuilder {
     /// Adds the word of the next row.
     pub(super) fn push(&mut self, word: &str) {
         let code = match self.known.get(word) {

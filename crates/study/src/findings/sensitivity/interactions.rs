@@ -55,7 +55,7 @@ impl Results {
 /// A machine of the experiment: the level of every factor, and what it costs, means over the
 /// traces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct InteractionPoint {
     /// Indices into the levels of the factors.
     pub levels: Vec<usize>,
     /// What it costs.
@@ -82,7 +82,7 @@ pub struct Interactions {
     /// Seed of the sample.
     pub seed: u64,
     /// The distinct machines.
-    pub points: Vec<Point>,
+    pub points: Vec<InteractionPoint>,
     /// What came out.
     pub results: Results,
 }

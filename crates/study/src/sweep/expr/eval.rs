@@ -4,7 +4,7 @@ use super::{ExprError, Function, Node, Two, Value, What};
 
 /// What names stand for, also inside of `mean(...)`, and the text for errors.
 #[derive(Clone, Copy)]
-struct Context<'a> {
+struct EvalContext<'a> {
     text: &'a str,
     lookup: &'a dyn Fn(&str) -> Option<Value>,
     mean: &'a dyn Fn(&str) -> Option<Value>,
@@ -16,7 +16,7 @@ pub(super) fn value(
     lookup: &dyn Fn(&str) -> Option<Value>,
     mean: &dyn Fn(&str) -> Option<Value>,
 ) -> Result<Value, ExprError> {
-    Context { text, lookup, mean }.value(node)
+    EvalContext { text, lookup, mean }.value(node)
 }
 
 pub(super) fn missed_by(
@@ -25,10 +25,10 @@ pub(super) fn missed_by(
     lookup: &dyn Fn(&str) -> Option<Value>,
     mean: &dyn Fn(&str) -> Option<Value>,
 ) -> Result<f64, ExprError> {
-    Context { text, lookup, mean }.missed_by(node)
+    EvalContext { text, lookup, mean }.missed_by(node)
 }
 
-impl Context<'_> {
+impl EvalContext<'_> {
     fn fail(&self, node: &Node, message: impl Into<String>) -> ExprError {
         ExprError::new(self.text, &node.span, message)
     }
@@ -76,7 +76,7 @@ impl Context<'_> {
                 self.value(&arguments[branch])
             }
             What::Call(Function::Mean, arguments) => {
-                Context { lookup: self.mean, ..*self }.value(&arguments[0])
+                EvalContext { lookup: self.mean, ..*self }.value(&arguments[0])
             }
             What::Call(function, arguments) => {
                 let numbers = arguments.iter().map(|a| self.number(a));

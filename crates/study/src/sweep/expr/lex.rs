@@ -8,7 +8,7 @@ use powergs_base::config::suggest::nearest;
 
 /// A word.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Word {
+pub(super) enum LexWord {
     Number(f64),
     Measured(f64, Measure),
     Text(String),
@@ -21,27 +21,27 @@ pub(super) enum Word {
 }
 
 /// A word and where it stands, in bytes.
-pub(super) type Token = (Word, Range<usize>);
+pub(super) type Token = (LexWord, Range<usize>);
 
-const SIGNS: [(&str, Word); 18] = [
-    ("||", Word::Two(Two::Or)),
-    ("&&", Word::Two(Two::And)),
-    ("==", Word::Two(Two::Equal)),
-    ("!=", Word::Two(Two::NotEqual)),
-    ("<=", Word::Two(Two::AtMost)),
-    (">=", Word::Two(Two::AtLeast)),
-    ("<", Word::Two(Two::Less)),
-    (">", Word::Two(Two::More)),
-    ("+", Word::Two(Two::Plus)),
-    ("-", Word::Two(Two::Minus)),
-    ("*", Word::Two(Two::Times)),
-    ("/", Word::Two(Two::Over)),
-    ("%", Word::Two(Two::Remainder)),
-    ("^", Word::Two(Two::Power)),
-    ("!", Word::Not),
-    ("(", Word::Open),
-    (")", Word::Close),
-    (",", Word::Comma),
+const SIGNS: [(&str, LexWord); 18] = [
+    ("||", LexWord::Two(Two::Or)),
+    ("&&", LexWord::Two(Two::And)),
+    ("==", LexWord::Two(Two::Equal)),
+    ("!=", LexWord::Two(Two::NotEqual)),
+    ("<=", LexWord::Two(Two::AtMost)),
+    (">=", LexWord::Two(Two::AtLeast)),
+    ("<", LexWord::Two(Two::Less)),
+    (">", LexWord::Two(Two::More)),
+    ("+", LexWord::Two(Two::Plus)),
+    ("-", LexWord::Two(Two::Minus)),
+    ("*", LexWord::Two(Two::Times)),
+    ("/", LexWord::Two(Two::Over)),
+    ("%", LexWord::Two(Two::Remainder)),
+    ("^", LexWord::Two(Two::Power)),
+    ("!", LexWord::Not),
+    ("(", LexWord::Open),
+    (")", LexWord::Close),
+    (",", LexWord::Comma),
 ];
 
 pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
@@ -54,13 +54,13 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
         }
         let (word, length) = match c {
             '0'..='9' if let Some(length) = labelled(&text[at..]) => {
-                (Word::Name(text[at..at + length].to_owned()), length)
+                (LexWord::Name(text[at..at + length].to_owned()), length)
             }
             '0'..='9' | '.' => number(text, at)?,
             '\'' | '"' | '`' => quoted(text, at, c)?,
             c if c.is_ascii_alphabetic() || c == '_' => {
                 let length = name_length(&text[at..]);
-                (Word::Name(text[at..at + length].to_owned()), length)
+                (LexWord::Name(text[at..at + length].to_owned()), length)
             }
             _ => sign(text, at, c)?,
         };
@@ -70,7 +70,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
     Ok(tokens)
 }
 
-fn sign(text: &str, at: usize, c: char) -> Result<(Word, usize), ExprError> {
+fn sign(text: &str, at: usize, c: char) -> Result<(LexWord, usize), ExprError> {
     if let Some((sign, word)) = SIGNS.iter().find(|(sign, _)| text[at..].starts_with(sign)) {
         return Ok((word.clone(), sign.len()));
     }
@@ -85,12 +85,12 @@ fn sign(text: &str, at: usize, c: char) -> Result<(Word, usize), ExprError> {
     Err(ExprError::new(text, &(at..at + c.len_utf8()), message))
 }
 
-fn quoted(text: &str, at: usize, quote: char) -> Result<(Word, usize), ExprError> {
+fn quoted(text: &str, at: usize, quote: char) -> Result<(LexWord, usize), ExprError> {
     let Some(length) = text[at + 1..].find(quote) else {
         return Err(ExprError::new(text, &(at..at + 1), format!("no closing {quote}")));
     };
     let inside = text[at + 1..at + 1 + length].to_owned();
-    let word = if quote == '`' { Word::Name(inside) } else { Word::Text(inside) };
+    let word = if quote == '`' { LexWord::Name(inside) } else { LexWord::Text(inside) };
     Ok((word, length + 2))
 }
 
@@ -145,7 +145,7 @@ fn digits_length(text: &str) -> usize {
     end
 }
 
-fn number(text: &str, at: usize) -> Result<(Word, usize), ExprError> {
+fn number(text: &str, at: usize) -> Result<(LexWord, usize), ExprError> {
     let length = digits_length(&text[at..]);
     let span = at..at + length.max(1);
     let digits = &text[at..at + length];
@@ -155,7 +155,7 @@ fn number(text: &str, at: usize) -> Result<(Word, usize), ExprError> {
     let unit_text = after.trim_start();
     let spaces = after.len() - unit_text.len();
     if !unit_text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-        return Ok((Word::Number(value), length));
+        return Ok((LexWord::Number(value), length));
     }
     let unit_at = at + length + spaces;
     let Some((measure, unit)) = unit(unit_text) else {
@@ -165,7 +165,7 @@ fn number(text: &str, at: usize) -> Result<(Word, usize), ExprError> {
     let end = unit_at + unit.len();
     let measured = measure.read(&format!("{digits} {unit}"));
     let measured = measured.map_err(|message| ExprError::new(text, &(at..end), message))?;
-    Ok((Word::Measured(measured, measure), end - at))
+    Ok((LexWord::Measured(measured, measure), end - at))
 }
 
 fn no_unit(written: &str) -> String {

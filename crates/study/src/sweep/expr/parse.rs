@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::lex::{Token, Word};
+use super::lex::{LexWord, Token};
 use super::{ExprError, Function, Node, Two, Value, What};
 use powergs_base::config::suggest::nearest;
 
@@ -21,7 +21,7 @@ pub(super) fn parse(text: &str, tokens: &[Token]) -> Result<Node, ExprError> {
     let node = parser.operators(0)?;
     match parser.peek() {
         None => Ok(node),
-        Some(Word::Close) => Err(parser.fail("a `)` without its `(`")),
+        Some(LexWord::Close) => Err(parser.fail("a `)` without its `(`")),
         Some(_) => Err(parser.fail("an operator is missing before this")),
     }
 }
@@ -42,7 +42,7 @@ const fn strength(two: Two) -> usize {
 const SIGN: usize = 6;
 
 impl Parser<'_> {
-    fn peek(&self) -> Option<&Word> {
+    fn peek(&self) -> Option<&LexWord> {
         self.tokens.get(self.at).map(|(word, _)| word)
     }
 
@@ -63,7 +63,7 @@ impl Parser<'_> {
             return Err(self.fail(format!("more than {DEPTH_MAX} levels deep")));
         }
         let mut left = self.one()?;
-        while let Some(Word::Two(two)) = self.peek() {
+        while let Some(LexWord::Two(two)) = self.peek() {
             let two = *two;
             let own = strength(two);
             if own < least.max(1) {
@@ -86,7 +86,7 @@ impl Parser<'_> {
 
     /// Whether the word before the next one is a `)`.
     fn is_closed(&self) -> bool {
-        self.at > 0 && self.tokens[self.at - 1].0 == Word::Close
+        self.at > 0 && self.tokens[self.at - 1].0 == LexWord::Close
     }
 
     fn one(&mut self) -> Result<Node, ExprError> {
@@ -96,29 +96,29 @@ impl Parser<'_> {
         };
         self.at += 1;
         let what = match word {
-            Word::Number(n) => What::Value(Value::Number(n)),
-            Word::Measured(n, measure) => What::Measured(n, measure),
-            Word::Text(text) => What::Value(Value::Text(text)),
-            Word::Name(name) if self.peek() == Some(&Word::Open) => {
+            LexWord::Number(n) => What::Value(Value::Number(n)),
+            LexWord::Measured(n, measure) => What::Measured(n, measure),
+            LexWord::Text(text) => What::Value(Value::Text(text)),
+            LexWord::Name(name) if self.peek() == Some(&LexWord::Open) => {
                 return self.call(&name, span);
             }
-            Word::Name(name) => match name.as_str() {
+            LexWord::Name(name) => match name.as_str() {
                 "true" => What::Value(Value::Truth(true)),
                 "false" => What::Value(Value::Truth(false)),
                 _ => What::Name(name),
             },
-            Word::Not => What::Not(Box::new(self.operators(SIGN)?)),
-            Word::Two(Two::Minus) => What::Minus(Box::new(self.operators(SIGN)?)),
-            Word::Two(Two::Plus) => return self.operators(SIGN),
-            Word::Open => {
+            LexWord::Not => What::Not(Box::new(self.operators(SIGN)?)),
+            LexWord::Two(Two::Minus) => What::Minus(Box::new(self.operators(SIGN)?)),
+            LexWord::Two(Two::Plus) => return self.operators(SIGN),
+            LexWord::Open => {
                 let inner = self.operators(0)?;
-                if self.peek() != Some(&Word::Close) {
+                if self.peek() != Some(&LexWord::Close) {
                     return Err(ExprError::new(self.text, &span, "this `(` is never closed"));
                 }
                 self.at += 1;
                 return Ok(inner);
             }
-            Word::Two(_) | Word::Close | Word::Comma => {
+            LexWord::Two(_) | LexWord::Close | LexWord::Comma => {
                 self.at -= 1;
                 return Err(self.fail("a value is missing before this"));
             }
@@ -141,13 +141,13 @@ impl Parser<'_> {
         self.at += 1;
         let mut arguments = Vec::new();
         loop {
-            if self.peek() == Some(&Word::Close) && arguments.is_empty() {
+            if self.peek() == Some(&LexWord::Close) && arguments.is_empty() {
                 break;
             }
             arguments.push(self.operators(0)?);
             match self.peek() {
-                Some(Word::Comma) => self.at += 1,
-                Some(Word::Close) => break,
+                Some(LexWord::Comma) => self.at += 1,
+                Some(LexWord::Close) => break,
                 Some(_) => return Err(self.fail("`,` or `)` is missing before this")),
                 None => return Err(ExprError::new(self.text, &span, "no closing `)`")),
             }

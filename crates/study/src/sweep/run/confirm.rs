@@ -28,7 +28,7 @@ const PATIENCE_S: f64 = 2.0;
 const FEW: usize = 4;
 
 /// Designs that were simulated with `banked`.
-pub struct Confirmed {
+pub struct ConfirmedFront {
     /// Them, the base machine first.
     pub plan: Plan,
     /// Their rows in the table of the sweep, in the order of the space.
@@ -45,7 +45,7 @@ pub fn on_banked(
     sink: ResultSink<'_, '_>,
     memory: usize,
     watch: &dyn SweepWatch,
-) -> Result<Option<Confirmed>, RunError> {
+) -> Result<Option<ConfirmedFront>, RunError> {
     let banked = sweep.banked.take();
     let banked = banked.ok_or_else(|| RunError::Internal("designs without `banked`".into()))?;
     let calibrated = mem::replace(&mut sweep.designs, banked);
@@ -60,7 +60,7 @@ fn simulated(
     sink: ResultSink<'_, '_>,
     memory: usize,
     watch: &dyn SweepWatch,
-) -> Result<Option<Confirmed>, RunError> {
+) -> Result<Option<ConfirmedFront>, RunError> {
     let points = points.iter().copied();
     let Some(plan) = Plan::of(&sweep.designs, points, watch) else { return Ok(None) };
     let machines = plan.machines(Shard::WHOLE);
@@ -75,7 +75,7 @@ fn simulated(
         rows.push(row);
         Ok(())
     })?;
-    Ok(Some(Confirmed { plan, rows }))
+    Ok(Some(ConfirmedFront { plan, rows }))
 }
 
 /// Says how long it takes, from one frame of one machine that has no results yet, if that is long.

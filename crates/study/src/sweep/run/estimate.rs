@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::folder::Shard;
 use super::opened::{Designs, OpenedSweep};
-use super::plan::{Plan, Planned};
+use super::plan::{Plan, PlannedDesign};
 use super::running::Running;
 use super::watch::SweepWatch;
 use crate::sweep::design::Design;
@@ -40,7 +40,7 @@ pub struct Estimate {
     /// Threads that share the work.
     pub threads: f64,
     /// What was timed.
-    pub cost: Cost,
+    pub cost: EstimatedCost,
 }
 
 impl Estimate {
@@ -103,7 +103,7 @@ fn sampled(designs: &Designs, points: u64, watch: &dyn SweepWatch) -> Option<Pla
 
 /// What was timed.
 #[derive(Debug, Default)]
-pub struct Cost {
+pub struct EstimatedCost {
     /// Frames of all traces.
     pub frames: usize,
     /// Seconds to bin all frames under one geometry.
@@ -130,9 +130,9 @@ fn cost(
     plan: &Plan,
     scale: f64,
     memory: usize,
-) -> Result<Cost, RunError> {
+) -> Result<EstimatedCost, RunError> {
     let preprocessings = preprocessings(&sweep.designs, plan, scale);
-    let mut cost = Cost { preprocessings, ..Cost::default() };
+    let mut cost = EstimatedCost { preprocessings, ..EstimatedCost::default() };
     let display_fps = sweep.file.display_fps;
     let finest = plan.geometries.iter().min_by_key(|g| (g.tile, g.subtile));
     let sample = sample(&sweep.designs, plan);
@@ -162,7 +162,7 @@ fn cost(
         }
         cost.frames += range.len();
     }
-    cost.bytes += plan.designs.len() * size_of::<Planned>();
+    cost.bytes += plan.designs.len() * size_of::<PlannedDesign>();
     Ok(cost)
 }
 

@@ -23,7 +23,7 @@ const STRIDE: u64 = 4096;
 
 /// A design that can be simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Planned {
+pub struct PlannedDesign {
     /// Number in the space; `None` for the baseline.
     pub point: Option<u64>,
     /// Its hash.
@@ -40,7 +40,7 @@ pub struct Planned {
 #[derive(Debug, Default)]
 pub struct Plan {
     /// Those that can be simulated: the baseline, then in the order of the space.
-    pub designs: Vec<Planned>,
+    pub designs: Vec<PlannedDesign>,
     /// Hash of what each energy table makes of each design, and of its display: tables run fastest.
     pub priced: Vec<u128>,
     /// What is known of each design before it is simulated, as `priced`.
@@ -72,8 +72,8 @@ pub struct Cause {
 }
 
 /// What one point of the space is.
-enum Found {
-    Design(Planned, Geometry, Vec<(u128, Facts)>, Vec<(usize, Rejected)>),
+enum PlanFound {
+    Design(PlannedDesign, Geometry, Vec<(u128, Facts)>, Vec<(usize, Rejected)>),
     Excluded(String),
     Duplicate(String),
     Invalid(u64, Rejected),
@@ -102,7 +102,7 @@ impl Plan {
                 return None;
             }
             let some: Vec<u64> = points.by_ref().take(STRIDE as usize).collect();
-            let found: Vec<Found> = some.par_iter().map(|&p| find(designs, p)).collect();
+            let found: Vec<PlanFound> = some.par_iter().map(|&p| find(designs, p)).collect();
             watch.planned(some.len() as u64);
             found.into_iter().for_each(|f| plan.add(f, &mut geometries));
         }
@@ -116,15 +116,15 @@ impl Plan {
         Some(plan)
     }
 
-    fn add(&mut self, found: Found, geometries: &mut BTreeMap<Geometry, u32>) {
+    fn add(&mut self, found: PlanFound, geometries: &mut BTreeMap<Geometry, u32>) {
         match found {
-            Found::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
-            Found::Duplicate(axis) => *self.duplicates.entry(axis).or_default() += 1,
-            Found::Invalid(point, why) => {
+            PlanFound::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
+            PlanFound::Duplicate(axis) => *self.duplicates.entry(axis).or_default() += 1,
+            PlanFound::Invalid(point, why) => {
                 self.count(point, &why);
                 self.invalid.push((point, why.to_string()));
             }
-            Found::Design(mut design, geometry, priced, unpriced) => {
+            PlanFound::Design(mut design, geometry, priced, unpriced) => {
                 for (table, why) in unpriced {
                     if let Some(point) = design.point {
                         self.count(point, &why);
@@ -175,18 +175,19 @@ impl Plan {
     }
 }
 
-fn find(designs: &Designs, point: u64) -> Found {
+fn find(designs: &Designs, point: u64) -> PlanFound {
     match designs.space.design(point) {
         Ok(design) => planned(Some(point), &design),
-        Err(why @ Rejected::Constraint { .. }) => Found::Excluded(why.cause()),
-        Err(Rejected::Duplicate { axis, .. }) => Found::Duplicate(axis),
-        Err(why) => Found::Invalid(point, why),
+        Err(why @ Rejected::Constraint { .. }) => PlanFound::Excluded(why.cause()),
+        Err(Rejected::Duplicate { axis, .. }) => PlanFound::Duplicate(axis),
+        Err(why) => PlanFound::Invalid(point, why),
     }
 }
 
-fn planned(point: Option<u64>, design: &Design) -> Found {
+fn planned(point: Option<u64>, design: &Design) -> PlanFound {
     let model = design.machine.dram.model;
-    let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0, model };
+    let planned =
+        PlannedDesign { point, id: design.id, timing: design.timing_id, geometry: 0, model };
     let priced = |table| (price_id(design, table), facts(design, table));
     let priced = (0..design.prices.len()).map(priced).collect();
     let tables = design.prices.iter().enumerate();
@@ -194,7 +195,7 @@ fn planned(point: Option<u64>, design: &Design) -> Found {
         let (label, message) = (priced.label.clone(), priced.prices.as_ref().err()?.clone());
         Some((i, Rejected::Price { label, message }))
     });
-    Found::Design(planned, design.machine.geometry, priced, unpriced.collect())
+    PlanFound::Design(planned, design.machine.geometry, priced, unpriced.collect())
 }
 
 /// Hash of what an energy table and the display make of a timing.

@@ -11,7 +11,7 @@ use super::plan::Plan;
 use super::records::Records;
 use crate::sweep::parquet::ParquetWriter;
 use crate::sweep::record::Record;
-use crate::sweep::table::{Cell, Column, Entry, Fate, columns, rows};
+use crate::sweep::table::{Cell, Column, PointFate, TableEntry, columns, rows};
 use powergs_base::format::spreadsheet_safe;
 use powergs_core::run::store::NewFile;
 use powergs_core::run::{RunError, Store};
@@ -42,23 +42,23 @@ pub fn header(sweep: &OpenedSweep<'_>) -> Vec<Column> {
 }
 
 /// A design of a plan, or a point that is no design, in the order of the space.
-enum Slot<'p> {
+enum ResultSlot<'p> {
     /// Place in [`Plan::designs`].
     Design(usize),
     /// The point and the reason.
     Invalid(u64, &'p str),
 }
 
-fn slots(plan: &Plan) -> Vec<Slot<'_>> {
+fn slots(plan: &Plan) -> Vec<ResultSlot<'_>> {
     let mut slots = Vec::with_capacity(plan.designs.len() + plan.invalid.len());
     let mut invalid = plan.invalid.iter().peekable();
     for (design, planned) in plan.designs.iter().enumerate() {
         while let Some((point, reason)) = invalid.next_if(|(p, _)| Some(*p) < planned.point) {
-            slots.push(Slot::Invalid(*point, reason));
+            slots.push(ResultSlot::Invalid(*point, reason));
         }
-        slots.push(Slot::Design(design));
+        slots.push(ResultSlot::Design(design));
     }
-    slots.extend(invalid.map(|(point, reason)| Slot::Invalid(*point, reason)));
+    slots.extend(invalid.map(|(point, reason)| ResultSlot::Invalid(*point, reason)));
     slots
 }
 
@@ -93,46 +93,46 @@ fn rows_of(
     sweep: &OpenedSweep<'_>,
     planned: Planned<'_>,
     records: &mut Records,
-    slot: &Slot<'_>,
+    slot: &ResultSlot<'_>,
 ) -> Result<(Vec<Vec<Cell>>, [bool; 3]), RunError> {
     let plan = planned.plan;
     let traces = sweep.labels();
     let (mut all, mut status) = (Vec::new(), [false; 3]);
     let (point, id) = match *slot {
-        Slot::Design(design) => (plan.designs[design].point, Some(plan.designs[design].id)),
-        Slot::Invalid(point, _) => (Some(point), None),
+        ResultSlot::Design(design) => (plan.designs[design].point, Some(plan.designs[design].id)),
+        ResultSlot::Invalid(point, _) => (Some(point), None),
     };
     let facts = match *slot {
-        Slot::Design(design) => plan.facts[design * plan.tables..][..plan.tables].to_vec(),
-        Slot::Invalid(..) => Vec::new(),
+        ResultSlot::Design(design) => plan.facts[design * plan.tables..][..plan.tables].to_vec(),
+        ResultSlot::Invalid(..) => Vec::new(),
     };
     let source = match *slot {
-        Slot::Design(design) => Some(planned.source(design)),
-        Slot::Invalid(..) => None,
+        ResultSlot::Design(design) => Some(planned.source(design)),
+        ResultSlot::Invalid(..) => None,
     };
     let model = source.map_or("", |(plan, place)| plan.designs[place].model.name());
-    let entry = Entry { point, id, model, axes: sweep.designs.cells(point), facts };
+    let entry = TableEntry { point, id, model, axes: sweep.designs.cells(point), facts };
     for (t, label) in sweep.designs.tables().iter().enumerate() {
         let mut fates = Vec::new();
         for trace in &sweep.traces {
             let fate = match (slot, source) {
-                (Slot::Invalid(_, reason), _) => Fate::Invalid((*reason).to_owned()),
-                (_, None) => Fate::Missing,
+                (ResultSlot::Invalid(_, reason), _) => PointFate::Invalid((*reason).to_owned()),
+                (_, None) => PointFate::Missing,
                 (_, Some((plan, place))) if plan.unpriced.contains_key(&(place, t)) => {
-                    Fate::Invalid(plan.unpriced[&(place, t)].clone())
+                    PointFate::Invalid(plan.unpriced[&(place, t)].clone())
                 }
                 (_, Some((plan, place))) => match records.get(plan.key(place, t, trace.hash))? {
-                    Some(Record::Ok(outcome)) => Fate::Ok(outcome),
-                    Some(Record::Failed(reason)) => Fate::Failed(reason),
+                    Some(Record::Ok(outcome)) => PointFate::Ok(outcome),
+                    Some(Record::Failed(reason)) => PointFate::Failed(reason),
                     Some(Record::Defect(reason)) => {
                         status[2] = true;
-                        Fate::Failed(reason)
+                        PointFate::Failed(reason)
                     }
-                    None => Fate::Missing,
+                    None => PointFate::Missing,
                 },
             };
-            status[0] |= matches!(fate, Fate::Failed(_));
-            status[1] |= matches!(fate, Fate::Missing);
+            status[0] |= matches!(fate, PointFate::Failed(_));
+            status[1] |= matches!(fate, PointFate::Missing);
             fates.push(fate);
         }
         all.extend(rows(&entry, (t, label), &traces, &fates));
@@ -156,8 +156,8 @@ pub fn each_row(
         let (rows, status) = rows_of(sweep, planned, records, &slot)?;
         rows.into_iter().try_for_each(&mut row)?;
         let is_design = match slot {
-            Slot::Design(design) => plan.designs[design].point.is_some(),
-            Slot::Invalid(..) => {
+            ResultSlot::Design(design) => plan.designs[design].point.is_some(),
+            ResultSlot::Invalid(..) => {
                 tally.invalid += 1;
                 continue;
             }

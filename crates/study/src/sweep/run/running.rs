@@ -1,6 +1,6 @@
 //! Designs of one machine on their way through a trace: timed once, priced by each of them.
 
-use crate::sweep::design::{Design, Priced};
+use crate::sweep::design::{Design, DesignPriced};
 use crate::sweep::outcome::Accumulator;
 use crate::sweep::record::Record;
 use powergs_core::run::session::{BinnedFrame, time};
@@ -69,7 +69,7 @@ impl Running {
             (None, None) => Record::Failed("the trace has no frames".into()),
         };
         let of_design = |(design, sums): (Design, Vec<Accumulator>)| {
-            let of_table = |(table, sum): (Priced, Accumulator)| match table.prices {
+            let of_table = |(table, sum): (DesignPriced, Accumulator)| match table.prices {
                 Ok(_) => record(sum),
                 Err(reason) => Record::Failed(reason),
             };

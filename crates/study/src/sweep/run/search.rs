@@ -17,7 +17,7 @@ use crate::sweep::objective::Objective;
 use crate::sweep::outcome::Outcome;
 use crate::sweep::record::Record;
 use crate::sweep::search::Search;
-use crate::sweep::search::front::Trial;
+use crate::sweep::search::front::FrontTrial;
 use crate::sweep::table::LAST;
 use powergs_core::run::RunError;
 
@@ -58,7 +58,7 @@ pub fn search(
         if !work(sweep, &plan, &machines, sink, memory, watch)? {
             return Ok(None);
         }
-        let mut answers: Vec<(u64, Option<Trial>)> =
+        let mut answers: Vec<(u64, Option<FrontTrial>)> =
             generation.iter().map(|&point| (point, None)).collect();
         for (design, planned) in plan.designs.iter().enumerate() {
             let Some(point) = planned.point else { continue };
@@ -79,7 +79,7 @@ fn trial(
     folder: &mut SweepFolder<'_>,
     plan: &Plan,
     design: usize,
-) -> Result<Option<Trial>, RunError> {
+) -> Result<Option<FrontTrial>, RunError> {
     let mut outcomes: Vec<(f64, Outcome)> = Vec::new();
     for trace in &sweep.traces {
         match folder.records.get(plan.key(design, 0, trace.hash))? {
@@ -109,5 +109,5 @@ fn trial(
         false => 0.0,
     };
     let costs: Option<Vec<f64>> = sweep.objectives.iter().map(cost).collect();
-    Ok(costs.map(|costs| Trial { costs, miss }))
+    Ok(costs.map(|costs| FrontTrial { costs, miss }))
 }

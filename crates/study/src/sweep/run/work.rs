@@ -63,7 +63,7 @@ pub fn work(
 ) -> Result<bool, RunError> {
     watch.working(sweep.frames() as u64 * machines.len() as u64, &sweep.objectives);
     let OpenedSweep { designs, traces, file, .. } = sweep;
-    let mut work = Work { designs, plan, display_fps: file.display_fps, sink, memory, watch };
+    let mut work = RunWork { designs, plan, display_fps: file.display_fps, sink, memory, watch };
     for trace in traces {
         let of = |machine: &Vec<u32>| plan.designs[machine[0] as usize].geometry;
         for machines in machines.chunk_by(|a, b| of(a) == of(b)) {
@@ -78,7 +78,7 @@ pub fn work(
 }
 
 /// Everything that the work needs.
-struct Work<'a, 's, 'f> {
+struct RunWork<'a, 's, 'f> {
     designs: &'a Designs,
     plan: &'a Plan,
     display_fps: f64,
@@ -87,7 +87,7 @@ struct Work<'a, 's, 'f> {
     watch: &'a dyn SweepWatch,
 }
 
-impl Work<'_, '_, '_> {
+impl RunWork<'_, '_, '_> {
     /// The machines with a result that is not known.
     fn missing<'m>(
         &mut self,

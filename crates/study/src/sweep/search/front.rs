@@ -4,17 +4,17 @@
 
 /// What came of a point.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Trial {
+pub struct FrontTrial {
     /// Its objectives, the smaller the better.
     pub costs: Vec<f64>,
     /// How much it misses the bound; zero if it keeps it.
     pub miss: f64,
 }
 
-impl From<Vec<f64>> for Trial {
+impl From<Vec<f64>> for FrontTrial {
     /// A point that keeps the bound.
-    fn from(costs: Vec<f64>) -> Trial {
-        Trial { costs, miss: 0.0 }
+    fn from(costs: Vec<f64>) -> FrontTrial {
+        FrontTrial { costs, miss: 0.0 }
     }
 }
 
@@ -29,7 +29,7 @@ pub struct Ranked {
 
 /// Whether `a` misses the bound by less than `b`, or by as much, and is nowhere worse and somewhere
 /// better.
-pub fn dominates(a: &Trial, b: &Trial) -> bool {
+pub fn dominates(a: &FrontTrial, b: &FrontTrial) -> bool {
     if a.miss != b.miss {
         return a.miss < b.miss;
     }
@@ -39,7 +39,7 @@ pub fn dominates(a: &Trial, b: &Trial) -> bool {
 
 impl Ranked {
     /// Ranks points with their values.
-    pub fn new(points: &[(u64, Trial)]) -> Ranked {
+    pub fn new(points: &[(u64, FrontTrial)]) -> Ranked {
         let n = points.len();
         let mut beaten_by = vec![0usize; n];
         let mut beats: Vec<Vec<usize>> = vec![Vec::new(); n];
@@ -77,7 +77,7 @@ impl Ranked {
     }
 
     /// Distances within one rank.
-    fn crowd(&mut self, points: &[(u64, Trial)], members: &[usize]) {
+    fn crowd(&mut self, points: &[(u64, FrontTrial)], members: &[usize]) {
         let objectives = members.first().map_or(0, |&i| points[i].1.costs.len());
         for k in 0..objectives {
             let mut order = members.to_vec();
@@ -106,7 +106,7 @@ impl Ranked {
 }
 
 /// The numbers of the best `n` points, ascending.
-pub fn best(points: &[(u64, Trial)], n: usize) -> Vec<u64> {
+pub fn best(points: &[(u64, FrontTrial)], n: usize) -> Vec<u64> {
     let ranked = Ranked::new(points);
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| {

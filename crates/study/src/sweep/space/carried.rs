@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use toml::{Table, Value};
 
 use super::derive::Derived;
-use super::{Axis, FileKind, Found, Key, Library, get};
+use super::{Axis, AxisFound, FileKind, Key, Library, get};
 use crate::sweep::expr::Expr;
 use crate::sweep::file::{AxisSpec, SweepFile};
 use crate::sweep::key::MACHINE;
@@ -50,7 +50,7 @@ pub(super) fn derived(
     file: &SweepFile,
     axes: &[Axis],
     library: &Library,
-    found: &mut Found<'_>,
+    found: &mut AxisFound<'_>,
 ) -> Vec<Derived> {
     let keys = keys(file);
     let settings = axes.iter().flat_map(|axis| axis.steps.iter().flat_map(|s| &s.settings));

@@ -9,7 +9,8 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::{
-    Axis, Change, Design, Draft, Energy, FileKind, Found, Key, Rejected, Space, Value, get,
+    Axis, AxisFound, Design, Draft, Energy, FileKind, Key, LibraryChange, Rejected, Space, Value,
+    get,
 };
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
@@ -31,7 +32,7 @@ const TRIES: usize = 6;
 /// Values of an axis that are tried in each.
 const VALUES_MAX: u32 = 64;
 
-pub(super) fn all(space: &Space, found: &mut Found<'_>) {
+pub(super) fn all(space: &Space, found: &mut AxisFound<'_>) {
     files(space, found);
     if !found.problems.is_empty() {
         return;
@@ -49,7 +50,7 @@ pub(super) fn all(space: &Space, found: &mut Found<'_>) {
 }
 
 /// Every file that is named without an expression.
-fn files(space: &Space, found: &mut Found<'_>) {
+fn files(space: &Space, found: &mut AxisFound<'_>) {
     let library = &space.library;
     let base = found.ok("base", library.machine(&space.base));
     let folder = base.as_ref().and_then(|b| b.folder.clone());
@@ -100,7 +101,7 @@ fn some_points(space: &Space, most: u64) -> Box<dyn Iterator<Item = u64>> {
 }
 
 /// Axes whose values all give the same design, wherever they are tried.
-fn axes(space: &Space, found: &mut Found<'_>) {
+fn axes(space: &Space, found: &mut AxisFound<'_>) {
     if space.axes.is_empty() {
         return;
     }
@@ -196,9 +197,9 @@ fn tried(space: &Space) -> Vec<Design> {
 }
 
 /// Keys of `set` that change no design. A value that the file has anyway is no mistake.
-fn settings(space: &Space, found: &mut Found<'_>) {
+fn settings(space: &Space, found: &mut AxisFound<'_>) {
     let is_name = |key: &Key| ["name", "description"].contains(&key.path.as_str());
-    let of_interest = |(_, (key, _)): &(usize, &Change)| !key.is_machine() && !is_name(key);
+    let of_interest = |(_, (key, _)): &(usize, &LibraryChange)| !key.is_machine() && !is_name(key);
     let designs = if space.set.is_empty() { Vec::new() } else { tried(space) };
     for (number, (key, value)) in space.set.iter().enumerate().filter(of_interest) {
         let moves = |design: &Design| match space.built_without(design.index, number) {
@@ -221,7 +222,7 @@ fn settings(space: &Space, found: &mut Found<'_>) {
 
 /// Energy tables that price every design as another one does, and changed keys of them that change
 /// no price.
-fn tables(space: &Space, found: &mut Found<'_>) {
+fn tables(space: &Space, found: &mut AxisFound<'_>) {
     let is_alone = space.energy.iter().all(|e| e.table.is_none());
     let designs = if is_alone { Vec::new() } else { tried(space) };
     if designs.is_empty() {
@@ -326,7 +327,7 @@ fn why(keys: &BTreeSet<&Key>) -> String {
 }
 
 /// At least one point must be a design.
-fn first_design(space: &Space, found: &mut Found<'_>) {
+fn first_design(space: &Space, found: &mut AxisFound<'_>) {
     let mut causes: BTreeMap<String, (u64, String)> = BTreeMap::new();
     let mut looked = 0u64;
     for index in some_points(space, LOOK_MAX) {

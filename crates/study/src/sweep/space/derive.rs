@@ -1,6 +1,6 @@
 //! Derived keys, each after those that it needs.
 
-use super::{Found, Key};
+use super::{AxisFound, Key};
 use crate::sweep::expr::Expr;
 use crate::sweep::file::Settings;
 
@@ -14,7 +14,7 @@ pub(super) struct Derived {
     pub(super) is_carried: bool,
 }
 
-pub(super) fn read(settings: &Settings, found: &mut Found<'_>) -> Vec<Derived> {
+pub(super) fn read(settings: &Settings, found: &mut AxisFound<'_>) -> Vec<Derived> {
     let mut all: Vec<Derived> = Vec::new();
     for (name, value) in &settings.0 {
         let path = format!("derived.{name}");
@@ -34,7 +34,7 @@ pub(super) fn read(settings: &Settings, found: &mut Found<'_>) -> Vec<Derived> {
 }
 
 /// Puts every key behind those that it needs; a circle is a problem.
-pub(super) fn order(all: &mut Vec<Derived>, found: &mut Found<'_>) {
+pub(super) fn order(all: &mut Vec<Derived>, found: &mut AxisFound<'_>) {
     let mut rest = std::mem::take(all);
     while !rest.is_empty() {
         let waits = |d: &Derived| {

@@ -1,8 +1,8 @@
 //! A point on its way to a design: the files with their changes, before anything is checked.
 
 use super::{
-    Arc, Axis, Change, Computed, Document, Energy, FileKind, Key, Machine, Rejected, Setting,
-    Space, Table, Value, get, names,
+    Arc, Axis, Computed, DesignSetting, Energy, FileKind, Key, LibraryChange, LibraryDocument,
+    Machine, Rejected, Space, Table, Value, get, names,
 };
 use crate::sweep::expr;
 use powergs_base::config::knob;
@@ -18,10 +18,10 @@ pub(super) struct Draft<'a> {
     pub(super) digits: Vec<u32>,
     /// Whether each axis counts.
     pub(super) active: Vec<bool>,
-    base: Arc<Document<Machine>>,
+    base: Arc<LibraryDocument<Machine>>,
     base_name: String,
     machine: Table,
-    changes: Vec<Change>,
+    changes: Vec<LibraryChange>,
 }
 
 impl<'a> Draft<'a> {
@@ -67,7 +67,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    fn put(&mut self, (key, value): &Change) {
+    fn put(&mut self, (key, value): &LibraryChange) {
         if key.is_machine() {
             return;
         }
@@ -101,12 +101,12 @@ impl<'a> Draft<'a> {
         self.machine.clone()
     }
 
-    fn changes_of(&self, kind: FileKind) -> Vec<Change> {
+    fn changes_of(&self, kind: FileKind) -> Vec<LibraryChange> {
         self.changes.iter().filter(|(key, _)| key.file == kind).cloned().collect()
     }
 
     /// The DRAM device; `None` where the machine has a mere rate.
-    pub(super) fn device(&self) -> Result<Option<Arc<Document<Device>>>, String> {
+    pub(super) fn device(&self) -> Result<Option<Arc<LibraryDocument<Device>>>, String> {
         let name = get(&self.machine, "dram.device").and_then(Value::as_str).unwrap_or("");
         if name == NO_DEVICE {
             return Ok(None);
@@ -115,7 +115,10 @@ impl<'a> Draft<'a> {
         self.space.library.device(name, beside, &self.changes_of(FileKind::Dram)).map(Some)
     }
 
-    pub(super) fn energy(&self, energy: &Energy) -> Result<Arc<Document<EnergyTable>>, String> {
+    pub(super) fn energy(
+        &self,
+        energy: &Energy,
+    ) -> Result<Arc<LibraryDocument<EnergyTable>>, String> {
         let mut changes = energy.changes.clone();
         changes.extend(self.changes_of(FileKind::Energy));
         if let Some(name) = &energy.table {
@@ -125,7 +128,7 @@ impl<'a> Draft<'a> {
         self.space.library.table(name, self.base.folder.as_deref(), &changes)
     }
 
-    pub(super) fn display(&self) -> Result<Option<Arc<Document<Display>>>, String> {
+    pub(super) fn display(&self) -> Result<Option<Arc<LibraryDocument<Display>>>, String> {
         let Some(name) = &self.space.display else { return Ok(None) };
         self.space.library.display(name, &self.changes_of(FileKind::Display)).map(Some)
     }
@@ -172,16 +175,16 @@ impl<'a> Draft<'a> {
     }
 
     /// The columns of the point.
-    pub(super) fn settings(&self) -> Vec<Setting> {
+    pub(super) fn settings(&self) -> Vec<DesignSetting> {
         let mut settings = Vec::new();
-        let of_key = |key: &Key| Setting {
+        let of_key = |key: &Key| DesignSetting {
             name: key.to_string(),
             value: self.file_value(key).unwrap_or_else(|| "-".into()),
         };
         for (i, axis) in self.space.axes.iter().enumerate() {
             if axis.has_names {
                 let value = Value::String(self.label(i).to_owned());
-                settings.push(Setting { name: axis.name.clone(), value });
+                settings.push(DesignSetting { name: axis.name.clone(), value });
             } else {
                 settings.extend(axis.steps[0].settings.iter().map(|(key, _)| of_key(key)));
             }

@@ -4,7 +4,7 @@
 //! simulated: `area_mm2`, `area_mm2.core`, `leakage_w`, `peak_w` by the first energy table
 //! (`LABEL:area_mm2` by another one), `sram_capacity_bytes`.
 
-use super::{Energy, Found, Machine, Priced, Space};
+use super::{AxisFound, DesignPriced, Energy, Machine, Space};
 use crate::sweep::axis::no_name;
 use crate::sweep::design::Design;
 use crate::sweep::expr::{Expr, Value};
@@ -23,7 +23,7 @@ const SRAM: &str = "sram_capacity_bytes";
 /// A machine with its prices.
 pub(super) struct Computed<'a> {
     pub(super) machine: &'a Machine,
-    pub(super) prices: &'a [Priced],
+    pub(super) prices: &'a [DesignPriced],
 }
 
 /// Whether a name is computed of a priced machine.
@@ -64,7 +64,7 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
 }
 
 /// Problems with the names of all expressions.
-pub(super) fn check(space: &Space, file: &SweepFile, found: &mut Found<'_>) {
+pub(super) fn check(space: &Space, file: &SweepFile, found: &mut AxisFound<'_>) {
     let variants = space.axes.iter().filter(|a| a.has_names).map(|a| a.name.clone());
     let variants: Vec<String> = variants.collect();
     let mut computed: Vec<String> = PRICED.iter().chain(&[SRAM]).map(|n| (*n).to_owned()).collect();
@@ -101,7 +101,7 @@ pub(super) fn check(space: &Space, file: &SweepFile, found: &mut Found<'_>) {
     }
 }
 
-fn names_of(expr: &Expr, place: &str, known: &[String], space: &Space, found: &mut Found<'_>) {
+fn names_of(expr: &Expr, place: &str, known: &[String], space: &Space, found: &mut AxisFound<'_>) {
     for name in expr.names() {
         let is_known = Key::known(name).is_some()
             || known.iter().any(|k| k == name)
@@ -127,7 +127,7 @@ fn is_result(name: &str) -> bool {
 }
 
 /// A condition sees the axes before its own.
-fn conditions(space: &Space, known: &[String], found: &mut Found<'_>) {
+fn conditions(space: &Space, known: &[String], found: &mut AxisFound<'_>) {
     for (i, axis) in space.axes.iter().enumerate() {
         let Some(when) = &axis.when else { continue };
         let place = format!("axes.{i}.when");

@@ -2,7 +2,7 @@
 
 use powergs_study::analysis::distance::distance;
 use powergs_study::analysis::front::{Costs, dominates, front};
-use powergs_study::analysis::knee::{Scaling, ends, knee};
+use powergs_study::analysis::knee::{KneeScaling, ends, knee};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -79,7 +79,7 @@ fn the_knee_is_farthest_from_the_line_between_the_ends() {
     let rows = [[0.0, 10.0], [1.0, 4.0], [2.0, 3.5], [6.0, 1.0], [10.0, 0.0], [9.0, 9.0]];
     let costs = costs(2, &rows.map(Vec::from));
     let members = front(&costs);
-    let scaling = Scaling::of(&costs, &members);
+    let scaling = KneeScaling::of(&costs, &members);
     // The line x + y = 10: the farthest below it is (1, 4).
     assert_eq!(knee(&costs, &members, &scaling), Some(1));
     assert_eq!(ends(&costs, &members, &scaling), [0, 4]);
@@ -91,7 +91,7 @@ fn the_knee_is_farthest_from_the_line_between_the_ends() {
 fn a_front_of_one_design_scales_by_all() {
     let costs = costs(2, &[[1.0, 1.0], [3.0, 1.0], [2.0, 1.0]].map(Vec::from));
     let members = front(&costs);
-    let scaling = Scaling::of(&costs, &members);
+    let scaling = KneeScaling::of(&costs, &members);
     assert_eq!((members.as_slice(), scaling.range.as_slice()), (&[0][..], &[2.0, 0.0][..]));
     assert_eq!([0, 1, 2].map(|d| scaling.merit(costs.of(d))), [0.0, 1.0, 0.5]);
 }
@@ -101,7 +101,7 @@ fn the_distance_names_the_nearest_design_that_beats() {
     let rows = [[0.0, 10.0], [4.0, 4.0], [10.0, 0.0]].map(Vec::from);
     let costs = costs(2, &rows);
     let members = front(&costs);
-    let scaling = Scaling::of(&costs, &members);
+    let scaling = KneeScaling::of(&costs, &members);
     let from = distance(&costs, &members, &scaling, &[5.0, 6.0], 0.0);
     let nearest = from.nearest.expect("(4, 4) beats it");
     assert_eq!((nearest.design, nearest.gains.as_slice()), (1, &[1.0, 2.0][..]));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use powergs_study::sweep::parquet::ParquetWriter;
 use powergs_study::sweep::table::{
-    Cell, Column, ColumnKind, Entry, Fate, TraceLabel, columns, rows,
+    Cell, Column, ColumnKind, PointFate, TableEntry, TraceLabel, columns, rows,
 };
 
 use super::outcome;
@@ -13,9 +13,9 @@ fn traces() -> [TraceLabel; 2] {
     [("room", 1.0), ("garden", 3.0)].map(|(l, weight)| TraceLabel { label: l.into(), weight })
 }
 
-fn entry(point: Option<u64>) -> Entry {
+fn entry(point: Option<u64>) -> TableEntry {
     let axes = vec![Cell::Integer(4), Cell::Text("64 KiB".into())];
-    Entry {
+    TableEntry {
         point,
         id: Some(0xabc),
         model: "banked",
@@ -37,7 +37,7 @@ fn cell(row: &[Cell], name: &str) -> Cell {
 
 #[test]
 fn a_row_per_trace_the_mean_and_the_worst() {
-    let fates = [Fate::Ok(outcome(&[1.0])), Fate::Ok(outcome(&[3.0]))];
+    let fates = [PointFate::Ok(outcome(&[1.0])), PointFate::Ok(outcome(&[3.0]))];
     let rows = rows(&entry(Some(9)), (0, "28nm"), &traces(), &fates);
     assert_eq!(rows.len(), 4);
     let times: Vec<Cell> = rows.iter().map(|r| cell(r, "frame_time_ms.mean")).collect();
@@ -51,13 +51,13 @@ fn a_row_per_trace_the_mean_and_the_worst() {
 
 #[test]
 fn a_failed_trace_is_never_averaged_away() {
-    let fates = [Fate::Ok(outcome(&[1.0])), Fate::Failed("frame 3: broke".into())];
+    let fates = [PointFate::Ok(outcome(&[1.0])), PointFate::Failed("frame 3: broke".into())];
     let rows = rows(&entry(Some(9)), (0, "28nm"), &traces(), &fates);
     let of = |name: &str| rows.iter().map(|r| cell(r, name).text()).collect::<Vec<_>>();
     assert_eq!(of("status"), ["ok", "failed", "failed", "failed"]);
     assert_eq!(of("reason"), ["", "frame 3: broke", "frame 3: broke", "frame 3: broke"]);
     assert_eq!(of("energy_pj.mean"), ["10", "", "", ""]);
-    let missing = [Fate::Ok(outcome(&[1.0])), Fate::Missing];
+    let missing = [PointFate::Ok(outcome(&[1.0])), PointFate::Missing];
     let rows = super::table::rows(&entry(Some(9)), (0, "28nm"), &traces(), &missing);
     assert_eq!(cell(&rows[2], "status").text(), "missing");
 }
@@ -73,11 +73,11 @@ fn parquet_holds_what_csv_says() {
     let mut table = ParquetWriter::new(Vec::new(), &columns).unwrap();
     for point in [None, Some(0), Some(1)] {
         let second = match point {
-            Some(0) => Fate::Failed("frame 3: \"broke\", größer".into()),
-            Some(1) => Fate::Missing,
-            _ => Fate::Ok(outcome(&[0.1])),
+            Some(0) => PointFate::Failed("frame 3: \"broke\", größer".into()),
+            Some(1) => PointFate::Missing,
+            _ => PointFate::Ok(outcome(&[0.1])),
         };
-        let fates = [Fate::Ok(outcome(&[1.0, 1.0 / 3.0])), second];
+        let fates = [PointFate::Ok(outcome(&[1.0, 1.0 / 3.0])), second];
         for row in rows(&entry(point), (0, "28nm"), &traces(), &fates) {
             csv.write_record(row.iter().map(Cell::text)).unwrap();
             table.row(row).unwrap();

@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use powergs_study::sweep::file::{Method, Sampling};
-use powergs_study::sweep::lattice::{Lattice, Side};
+use powergs_study::sweep::lattice::{Lattice, LatticeSide};
 use powergs_study::sweep::sample::select;
 use powergs_study::sweep::sample::sobol::{DIMENSIONS_MAX, Sobol};
 use proptest::prelude::*;
 
 fn lattice(lens: &[u32]) -> Lattice {
-    let side = |&len: &u32| Side { len, ordered: true };
+    let side = |&len: &u32| LatticeSide { len, ordered: true };
     Lattice::new(lens.iter().map(side).collect()).expect("a lattice")
 }
 
@@ -20,7 +20,7 @@ fn chosen(lens: &[u32], method: Method, points: Option<u64>, seed: u64) -> Vec<u
 
 #[test]
 fn lattices_know_their_limits() {
-    let side = |len| Side { len, ordered: true };
+    let side = |len| LatticeSide { len, ordered: true };
     assert!(Lattice::new(vec![side(0)]).is_none());
     assert!(Lattice::new(vec![side(u32::MAX); 3]).is_none());
     assert_eq!(Lattice::new(vec![]).map(|l| l.points()), Some(1));

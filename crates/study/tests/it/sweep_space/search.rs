@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use powergs_study::sweep::file::{Method, Sampling};
-use powergs_study::sweep::lattice::{Lattice, Side};
+use powergs_study::sweep::lattice::{Lattice, LatticeSide};
 use powergs_study::sweep::search::Search;
-use powergs_study::sweep::search::front::{Ranked, Trial, best, dominates};
+use powergs_study::sweep::search::front::{FrontTrial, Ranked, best, dominates};
 use proptest::prelude::*;
 
 fn lattice(lens: &[u32]) -> Lattice {
-    let side = |&len: &u32| Side { len, ordered: true };
+    let side = |&len: &u32| LatticeSide { len, ordered: true };
     Lattice::new(lens.iter().map(side).collect()).expect("a lattice")
 }
 
@@ -37,7 +37,8 @@ fn run(
         if asked.is_empty() {
             return all;
         }
-        let mut told: Vec<_> = asked.iter().map(|&i| (i, result(i).map(Trial::from))).collect();
+        let mut told: Vec<_> =
+            asked.iter().map(|&i| (i, result(i).map(FrontTrial::from))).collect();
         told.reverse();
         search.tell(&told);
         all.extend(asked);
@@ -98,7 +99,7 @@ fn points_that_miss_a_bound_lose() {
             let digits = lattice.digits(i);
             let costs = digits.iter().map(|&d| f64::from(d)).collect();
             let miss = f64::from(8u32.saturating_sub(digits[0] + digits[1]));
-            (i, Some(Trial { costs, miss }))
+            (i, Some(FrontTrial { costs, miss }))
         };
         search.tell(&asked.iter().map(told).collect::<Vec<_>>());
     }
@@ -123,12 +124,12 @@ fn hopeless_answers_end_it() {
     assert!(asked.len() == 9 && search.front().is_empty(), "NaN is a failure");
 }
 
-fn points() -> impl Strategy<Value = Vec<(u64, Trial)>> {
+fn points() -> impl Strategy<Value = Vec<(u64, FrontTrial)>> {
     let value = (0u8..6).prop_map(f64::from);
     // Half of the points keep the bound.
     let miss = prop_oneof![Just(0.0), (0u8..3).prop_map(f64::from)];
     let row = (prop::collection::vec(value, 3), miss);
-    let row = row.prop_map(|(costs, miss)| Trial { costs, miss });
+    let row = row.prop_map(|(costs, miss)| FrontTrial { costs, miss });
     prop::collection::vec(row, 1..40)
         .prop_map(|rows| rows.into_iter().enumerate().map(|(i, r)| (i as u64, r)).collect())
 }

@@ -35,9 +35,9 @@ fn levels(f: &FoveaSummary, k: usize) -> u64 {
 }
 
 /// A measure of a region: key, unit, definition, field.
-type Measure = (fn(usize) -> Key, &'static str, &'static str, fn(&RegionReport) -> u64);
+type FoveaMeasure = (fn(usize) -> Key, &'static str, &'static str, fn(&RegionReport) -> u64);
 
-const MEASURES: [Measure; 3] = [
+const MEASURES: [FoveaMeasure; 3] = [
     (Key::RegionTiles, "1", "Tiles of region", |r| r.tiles),
     (Key::RegionEntries, "1", "List entries that are loaded for tiles of region", |r| r.entries),
     (

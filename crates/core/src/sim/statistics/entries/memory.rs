@@ -98,9 +98,9 @@ fn moved(list: &mut List) {
 }
 
 /// A command count: name of that of all stages, key of that of one, definition, field.
-type Column = (&'static str, fn(Stage) -> Key, &'static str, fn(&StageCommands) -> u64);
+type MemoryColumn = (&'static str, fn(Stage) -> Key, &'static str, fn(&StageCommands) -> u64);
 
-const COLUMNS: [Column; 3] = [
+const COLUMNS: [MemoryColumn; 3] = [
     ("dram.reads", Key::BurstsRead, "Bursts read", |s| s.reads),
     ("dram.writes", Key::BurstsWritten, "Bursts written", |s| s.writes),
     ("dram.activates", Key::RowsOpened, "Rows opened", |s| s.activates),
@@ -139,9 +139,9 @@ fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
 }
 
 /// A count of one buffer: key, definition, field.
-type Field = (fn(Buffer) -> Key, &'static str, fn(&BufferUse) -> u64);
+type MemoryField = (fn(Buffer) -> Key, &'static str, fn(&BufferUse) -> u64);
 
-const FIELDS: [Field; 5] = [
+const FIELDS: [MemoryField; 5] = [
     (Key::Capacity, "Size of the {} buffer, all shares together", |b| b.capacity),
     (Key::Peak, "The most that the {} buffer held", |b| b.peak),
     (Key::Filled, "Bytes that entered the {} buffer", |b| b.filled),
