@@ -66,7 +66,8 @@ pub struct OptimizeArgs {
     /// that are given beside it: nothing is trained
     #[arg(long, value_name = "RUN", conflicts_with_all = [
         "model", "demo", "detail", "dry_run", "lpips_weights",
-        "ViewArgs", "TrainingViewArgs", "QualityArgs", "LikenessArgs", "SearchArgs", "CompareArgs",
+        "OptimizeViewArgs", "TrainingViewArgs", "OptimizeQualityArgs", "LikenessArgs",
+        "OptimizeSearchArgs", "CompareArgs",
         "FoveaArgs", "SettingArgs",
     ])]
     pub reprice: Option<PathBuf>,

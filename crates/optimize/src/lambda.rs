@@ -7,9 +7,9 @@
 //! The published code has three defects, mended here (`powergs`, 10): λ has a floor, so that one
 //! failed fine-tune does not leave 0, which no factor can raise; a fine-tune that follows a failed
 //! one begins at λ0 again; and it stops when the quality has settled just above the target, as the
-//! paper says. [`LambdaRule::Damped`] is ours: the published factor is S or 1/S whatever the distance,
-//! and the quality follows λ with a delay of tens of iterations, so λ overshoots by a decade in a
-//! short fine-tune.
+//! paper says. [`LambdaRule::Damped`] is ours: the published factor is S or 1/S whatever the
+//! distance, and the quality follows λ with a delay of tens of iterations, so λ overshoots by a
+//! decade in a short fine-tune.
 //!
 //! The damped rule is a secant in log λ on a model of the slack. A colour shift in proportion to λ
 //! adds to the error by its square, so a model at rest has `10 log10(1 + c λ²)` dB less than

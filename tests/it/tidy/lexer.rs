@@ -180,7 +180,8 @@ fn functions_are_measured() {
 
 #[test]
 fn types_are_found() {
-    let code = "pub struct A<T>(T);\npub(in a::b) struct B;\n  pub enum C {}\nstruct D;\nlet struct_ = 1;\n";
+    let code =
+        "pub struct A<T>(T);\npub(in a::b) struct B;\n  pub enum C {}\nstruct D;\nlet e = 1;\n";
     assert_eq!(types(code), ["A", "B", "C", "D"]);
 }
 

@@ -56,7 +56,8 @@ impl InteractionStudy {
     /// Takes the frames through the machines of a sample; `None` if not even one frame was done.
     ///
     /// # Errors
-    /// [`RunError::Request`]: too many machines, or none; otherwise as [`MeasuredMachines::measure`].
+    /// [`RunError::Request`]: too many machines, or none; otherwise as
+    /// [`MeasuredMachines::measure`].
     pub(super) fn run<F: Frames>(
         &self,
         base: &System,

@@ -105,10 +105,9 @@ impl Optional {
 
     /// Whether a key is one of its own.
     fn has(&self, key: &str) -> bool {
-        let is_of = |own: &&str| {
-            key.strip_prefix(*own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        self.keys.iter().any(|own| is_of(&own))
+        self.keys.iter().any(|own| {
+            key.strip_prefix(own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        })
     }
 
     /// What is to be said of one of its keys where it is not there, with the remedy.
@@ -130,8 +129,7 @@ impl Optional {
 impl Machine {
     /// The part without which a key has no effect on this machine, as it does not have it.
     pub fn lacks(&self, key: &str) -> Option<&'static Optional> {
-        let of_key = OPTIONAL.iter().filter(|part| part.has(key) && part.switch != key);
-        of_key.into_iter().find(|part| !part.is_in(self))
+        OPTIONAL.iter().find(|part| part.has(key) && part.switch != key && !part.is_in(self))
     }
 
     /// Whether a file of this machine leaves a key out.

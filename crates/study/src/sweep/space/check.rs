@@ -15,7 +15,7 @@ use super::{
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
-use powergs_core::accel::machine::NO_DEVICE;
+use powergs_core::accel::machine::{NO_DEVICE, Optional};
 use powergs_core::run::identity::{content_id, timing_id};
 use powergs_core::sim::cost::untimed;
 use powergs_dram::Device;
@@ -306,6 +306,10 @@ fn why(keys: &BTreeSet<&Key>) -> String {
             FileKind::Dram => "dram",
             FileKind::Display => return None,
         };
+        if let Some(part) = Optional::of(&key.path).filter(|_| key.file == FileKind::Machine) {
+            let Optional { what, switch, .. } = part;
+            return Some(format!(": `{key}` moves nothing without {what}: give `{switch}`"));
+        }
         let inert = WHEN.get(table)?.get(&key.path)?;
         let when = inert.get("when")?.as_str()?;
         let bytes = key.file == FileKind::Energy && key.path.starts_with("dram.flat.");

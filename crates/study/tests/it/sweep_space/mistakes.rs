@@ -139,8 +139,8 @@ fn axes_that_change_nothing_are_told_why() {
     let mapping = axis("dram.mapping", "[\"RoBaCoCh\", \"mop\"]");
     let flat = |axis: &str| format!("set = {{ dram.model = \"bandwidth\" }}\n{axis}");
     wrong(&flat(&mapping), &["changes nothing", "`dram.model` is `bandwidth`"]);
-    wrong(&axis("cache.ways", "[4, 8]"), &["changes nothing", "`cache.capacity` is 0"]);
-    wrong(&axis("gating.residual", "[0.2, 0.3]"), &["changes nothing", "`gating.units` is false"]);
+    wrong(&axis("cache.ways", "[4, 8]"), &["changes nothing", "give `cache.capacity`"]);
+    wrong(&axis("gating.residual", "[0.2, 0.3]"), &["changes nothing", "give `gating.units`"]);
     wrong(&axis("description", "[\"a\", \"b\"]"), &["names move reports only"]);
     let timing = axis("dram:timing.activate-to-read", "[20, 29]");
     wrong(&flat(&timing), &["takes only the peak rate"]);
@@ -197,9 +197,9 @@ fn settings_that_change_nothing_are_told_why() {
     let set = |set: &str| format!("set = {{ {set} }}\n{cores}");
     wrong(
         &set("cache.ways = 8"),
-        &["line 3", "`cache.ways` changes nothing", "`cache.capacity` is 0"],
+        &["line 3", "`cache.ways` changes nothing", "give `cache.capacity`"],
     );
-    wrong(&set("gating.residual = 0.3"), &["`gating.units` is false"]);
+    wrong(&set("gating.residual = 0.3"), &["give `gating.units`"]);
     wrong(
         &set("\"energy:dram.flat.read.energy\" = \"80 pJ/B\""),
         &["changes nothing", "`dram.device` of the table is true"],
