@@ -22,7 +22,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes, or a run would go on by other rules than it began with.
-const VERSION: u32 = 13;
+const VERSION: u32 = 14;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -490,7 +490,6 @@ struct StateHead {
     spare: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
-    goes_on: bool,
     extended: Option<u32>,
     spent: Option<Spent>,
 }
@@ -512,7 +511,6 @@ impl StateHead {
             spare,
             last,
             settled,
-            goes_on,
             extended,
             spent,
         } = state;
@@ -531,7 +529,6 @@ impl StateHead {
             spare: spare.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
             last: *last,
             settled: *settled,
-            goes_on: *goes_on,
             extended: *extended,
             spent: *spent,
         }
@@ -553,7 +550,6 @@ impl StateHead {
             spare,
             last,
             settled,
-            goes_on,
             extended,
             spent,
         } = self;
@@ -582,7 +578,6 @@ impl StateHead {
             spare,
             last,
             settled,
-            goes_on,
             extended,
             spent,
         })

@@ -29,9 +29,6 @@ pub struct Job {
     pub base: Option<usize>,
     /// The job whose model it starts from; `None`: the dense (or the user's other) model.
     pub from: Option<String>,
-    /// The rendering end of its search that it goes on with where that stopped, if that is the job
-    /// before: with its parameters, moments, heat and mean, not only with the model that was kept.
-    pub goes_on: Option<String>,
     /// Whether it is the end of a curve: pruned without a display term for as long as the target is
     /// reached.
     pub is_end: bool,

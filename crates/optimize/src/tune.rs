@@ -50,9 +50,6 @@ const RELABEL_EVERY: u32 = 50;
 const EXTENSION: u32 = 10;
 /// Where along the fall of the learning rates it is then, so that something moves.
 const EXTENSION_RATE: f64 = 0.75;
-/// Where it begins along that fall when it goes on where another fine-tune stopped: whole rates
-/// would shake what was about to rest.
-const GOING_ON_RATE: f64 = 0.5;
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -118,8 +115,6 @@ pub struct State {
     pub last: Option<Check>,
     /// The controller says that the quality has settled.
     pub settled: bool,
-    /// Whether it goes on where another fine-tune stopped.
-    pub goes_on: bool,
     /// The iterations that were done when it went on because views that did not choose said no.
     pub extended: Option<u32>,
     /// What the parameters to keep have above the target, spent on the display, once all is done.
@@ -143,32 +138,9 @@ impl State {
             best: None,
             last: None,
             settled: false,
-            goes_on: false,
             extended: None,
             spare: None,
             spent: None,
-        }
-    }
-
-    /// The beginning of another fine-tune that goes on where this one stopped. All gate views have
-    /// seen what it kept, unless they refused it: should they refuse what follows, that is kept.
-    pub(crate) fn going_on(self) -> State {
-        let kept = |kept: Option<(Gaussians, Check)>| {
-            kept.map(|(scene, check)| (scene, Check { iteration: 0, ..check }))
-        };
-        let spare = self.best.clone().filter(|(_, check)| check.sure).or(self.spare);
-        State {
-            iteration: 0,
-            pruned: 0,
-            control: None,
-            gauge: self.gauge.going_on(),
-            best: kept(self.best),
-            spare: kept(spare),
-            settled: false,
-            goes_on: true,
-            extended: None,
-            spent: None,
-            ..self
         }
     }
 
@@ -267,7 +239,7 @@ impl<'a> Tuner<'a> {
             (DisplayTerm::Off | DisplayTerm::Gains { .. } | DisplayTerm::Fixed(_), _) => None,
         };
         let mut state = state;
-        // One that goes on has its own.
+        // One that was interrupted has its own.
         if let (Pruning::WhilePassing { first, .. }, None) = (config.pruning, state.last) {
             state.stride = Stride::first(first);
         }
@@ -339,23 +311,6 @@ impl<'a> Tuner<'a> {
     pub fn state(&mut self) -> &State {
         self.state.control = self.controller.as_ref().map(LambdaController::state);
         &self.state
-    }
-
-    /// As [`Tuner::finish`], for a fine-tune that another one goes on with: the parameters to keep
-    /// with their check, and where it stopped.
-    pub(crate) fn leave(mut self) -> (Gaussians, Option<Check>, State) {
-        match self.state.best.as_ref().filter(|_| self.config.keep != Keep::Last) {
-            Some((scene, check)) => {
-                let (mut scene, mut check) = (scene.clone(), *check);
-                self.state.dim(&mut scene, &mut check, self.config.trains);
-                (scene, Some(check), self.state)
-            }
-            None => {
-                let last = self.state.last;
-                let shown = self.reader.of(self.state.shown(), &self.state.labels).clone();
-                (shown, last, self.state)
-            }
-        }
     }
 
     /// What the model to keep spends on the display by gains; `None` where it has none, or it is
@@ -517,21 +472,9 @@ impl<'a> Tuner<'a> {
     /// What the fall of the learning rates along a fine-tune leaves of them.
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
-        let part = |from: u32, to: u32| {
-            f64::from(iteration.saturating_sub(from)) / f64::from(to.saturating_sub(from).max(1))
-        };
-        let most = self.config.iterations;
-        let share = match (self.state.extended, self.state.goes_on, self.config.display) {
-            (Some(_), ..) => EXTENSION_RATE,
-            (None, false, _) => part(0, most),
-            // Pruning comes to rest before what follows begins, and that once more.
-            (None, true, DisplayTerm::Controlled { from, .. } | DisplayTerm::Gains { from }) => {
-                let part = if iteration < from { part(0, from) } else { part(from, most) };
-                GOING_ON_RATE + (1.0 - GOING_ON_RATE) * part
-            }
-            (None, true, DisplayTerm::Off | DisplayTerm::Fixed(_)) => {
-                GOING_ON_RATE + (1.0 - GOING_ON_RATE) * part(0, most)
-            }
+        let share = match self.state.extended {
+            Some(_) => EXTENSION_RATE,
+            None => f64::from(iteration) / f64::from(self.config.iterations.max(1)),
         };
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }

@@ -3,14 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::{CampaignError, Run};
-use crate::adam::Adam;
 use crate::history::HistoryRow;
 use crate::job::Job;
 use crate::outcome::{Outcome, Training};
 use crate::role::Role;
 use crate::target::{Quality, Target};
 use crate::times::Times;
-use crate::tune::{Model, Pruning, State, TuneConfig, Tuner};
+use crate::tune::{Model, State, TuneConfig, Tuner};
 use crate::watch::CampaignWatch;
 
 /// A target this far above the dense model is not tried, decibels.
@@ -36,8 +35,6 @@ struct Tuned {
     model: Model,
     /// `None`: it was measured only.
     training: Option<Training>,
-    /// Where a rendering end stopped, for a job that goes on from there.
-    left: Option<State>,
 }
 
 impl Run<'_> {
@@ -74,9 +71,9 @@ impl Run<'_> {
             }
             let done = match job.config {
                 Some(config) => self.tune(&job, config, watch, times)?,
-                None => Some(Tuned { model: self.untuned(&job), training: None, left: None }),
+                None => Some(Tuned { model: self.untuned(&job), training: None }),
             };
-            let Some(Tuned { model, training, left }) = done else { return Ok(Stop::Cancelled) };
+            let Some(Tuned { model, training }) = done else { return Ok(Stop::Cancelled) };
             let judge = |quality| campaign.plan.judge(&self.progress.outcomes, &job, quality);
             let began = watch.seconds();
             let outcome = Outcome::measured(&setup, &job, &model, training, judge);
@@ -92,15 +89,10 @@ impl Run<'_> {
             let outcomes = &self.progress.outcomes;
             let kept = campaign.plan.kept(points, outcomes);
             if campaign.keep_all || kept.iter().any(|o| o.name == job.name) {
-                match left.is_some() {
-                    true => self.checkpoints.save_scene(&job.name, &model.scene)?,
-                    false => self.checkpoints.save_model(&job.name, &model)?,
-                }
+                self.checkpoints.save_model(&job.name, &model)?;
             }
             drop(model);
-            self.progress.current = left.map(|state| (job.name.clone(), state));
-            let current = self.progress.current.as_ref();
-            self.save(current.map(|(name, state)| (name.as_str(), state)))?;
+            self.save(None)?;
             self.clear()?;
         }
         self.forget(1)?;
@@ -223,26 +215,18 @@ impl Run<'_> {
         times.add(tuner.times());
         let iterations = tuner.state().iteration;
         watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
-        if matches!(config.pruning, Pruning::WhilePassing { continued: true, .. }) {
-            let spent = tuner.spent();
-            let (scene, check, state) = tuner.leave();
-            let training = Training { iterations, check, passing_lambda: None, spent };
-            // Moments go with what was left.
-            let model = Model { scene, adam: Adam::default() };
-            return Ok(Some(Tuned { model, training: Some(training), left: Some(state) }));
-        }
         let spent = tuner.spent();
         let (model, check, passing_lambda) = tuner.finish();
         let training = Training { iterations, check, passing_lambda, spent };
-        Ok(Some(Tuned { model, training: Some(training), left: None }))
+        Ok(Some(Tuned { model, training: Some(training) }))
     }
 
     /// Where the job in flight is, or its beginning.
     fn state(&mut self, job: &Job) -> Result<State, CampaignError> {
         if let Some((name, state)) = self.progress.current.take()
-            && (name == job.name || job.goes_on.as_ref() == Some(&name))
+            && name == job.name
         {
-            return Ok(if name == job.name { state } else { state.going_on() });
+            return Ok(state);
         }
         let Some(from) = &job.from else {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));

@@ -72,7 +72,6 @@ pub(super) fn measured(name: &str, role: Role) -> Job {
         rho: 0.0,
         base: None,
         from: None,
-        goes_on: None,
         is_end: false,
         config: None,
         stream,
@@ -128,7 +127,6 @@ impl<'a> Search<'a> {
             rho,
             base: self.start.map(|o| o.points),
             from: self.start.map(|o| o.name.clone()),
-            goes_on: None,
             is_end: false,
             config: Some(config),
         }
@@ -159,14 +157,14 @@ impl<'a> Search<'a> {
                     Dimming::Gains => DisplayTerm::Gains { from: iterations },
                     Dimming::Term(_) => DisplayTerm::Off,
                 };
-                let pruned = self.while_passing(from, true, self.plain(iterations));
+                let pruned = self.while_passing(from, self.plain(iterations));
                 TuneConfig { display, ..pruned }
             }
             false => self.iso_quality(from, sample.rho, iterations),
         };
         let what = sample_name(self.done, self.place);
         let job = self.job(&what, Role::Sample, sample.rho, config);
-        Some(self.from(from, Job { is_end: sample.is_end, ..job }))
+        Some(Self::from(from, Job { is_end: sample.is_end, ..job }))
     }
 
     /// The schedule, and where samples are given, one that takes a few more around the minimum.
@@ -233,7 +231,7 @@ impl<'a> Search<'a> {
             Some(_) => {
                 let from = share_of(iterations, GOING_ON).min(iterations - 1);
                 let display = self.dimmed(from, None, iterations - from);
-                let pruned = self.while_passing(end, false, self.plain(iterations));
+                let pruned = self.while_passing(end, self.plain(iterations));
                 (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
             }
             None => {
@@ -241,19 +239,12 @@ impl<'a> Search<'a> {
                 (from, self.iso_quality(from, rho, iterations))
             }
         };
-        self.from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
+        Self::from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
     }
 
     /// `job` from another model than that of the search.
-    fn from(&self, from: Option<&Outcome>, job: Job) -> Job {
-        let goes_on = match job.config.map(|config| config.pruning) {
-            Some(Pruning::WhilePassing { .. }) if from.is_some_and(|o| self.is_at_its_limit(o)) => {
-                let last = self.done.last().filter(|o| o.place == self.place && is_end(o));
-                last.map(|o| o.name.clone())
-            }
-            Some(_) | None => None,
-        };
-        Job { from: from.map(|o| o.name.clone()).or(job.from), goes_on, ..job }
+    fn from(from: Option<&Outcome>, job: Job) -> Job {
+        Job { from: from.map(|o| o.name.clone()).or(job.from), ..job }
     }
 
     /// From the model of `from`, or that of the search: pruned step by step to `rho` and recovered
@@ -286,7 +277,7 @@ impl<'a> Search<'a> {
         let display = self.dimmed(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
-            Baseline::RenderOnly => (0.0, self.while_passing(None, false, plain)),
+            Baseline::RenderOnly => (0.0, self.while_passing(None, plain)),
             Baseline::DisplayOnly => (0.0, TuneConfig { display, keep: Keep::Dimmest, ..plain }),
             Baseline::LightGaussian(percent) => {
                 let share = f64::from(percent) / 100.0;
@@ -327,7 +318,7 @@ impl<'a> Search<'a> {
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
-                self.while_passing(None, false, plain)
+                self.while_passing(None, plain)
             }
         };
         self.job(&baseline.name(), Role::Baseline(baseline), 0.0, config)
@@ -367,19 +358,14 @@ impl<'a> Search<'a> {
     /// Pruned whenever it passes: a search and what it is compared with in the same steps, shorter
     /// ones where it takes long to recover, or where `from` was pruned to its limit for the same
     /// target. The published code takes a twentieth of all at a time.
-    fn while_passing(
-        &self,
-        from: Option<&Outcome>,
-        continued: bool,
-        config: TuneConfig,
-    ) -> TuneConfig {
+    fn while_passing(&self, from: Option<&Outcome>, config: TuneConfig) -> TuneConfig {
         let most = (self.points as f64 * WHILE_PASSING) as usize;
         let share = match self.plan.schedule {
             Schedule::Published { .. } => 1.0,
             Schedule::Adaptive { .. } | Schedule::Listed(_) => OF_WHAT_IS_LEFT,
         };
         let first = if from.is_some_and(|o| self.is_at_its_limit(o)) { LEAST } else { 1.0 };
-        let pruning = Pruning::WhilePassing { most, share, first, continued };
+        let pruning = Pruning::WhilePassing { most, share, first };
         TuneConfig { pruning, pace: self.pruned(config.pace), keep: Keep::LastPassing, ..config }
     }
 

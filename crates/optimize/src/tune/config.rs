@@ -30,8 +30,6 @@ pub enum Pruning {
         /// What part of that share the first prune is; those that follow grow where recovering is
         /// quick.
         first: f64,
-        /// Whether another fine-tune goes on where this one stops, so that it has no end to reach.
-        continued: bool,
     },
 }
 

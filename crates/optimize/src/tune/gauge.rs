@@ -81,11 +81,6 @@ impl Gauge {
         Seen::mean(&seen)
     }
 
-    /// What is known for another fine-tune that goes on from here.
-    pub(super) fn going_on(self) -> Gauge {
-        Gauge { part: 0, ..self }
-    }
-
     /// How far the quality of the views that choose has gone since all were looked at, dB: so far
     /// may the others have gone, too, or not.
     pub(super) fn drift_db(&self, is_pooled: bool) -> f64 {

@@ -135,8 +135,8 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(b"ply\nformat", PRINT, "not a checkpoint of an optimisation");
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
-    newer[6] = 14;
-    fails(&newer, PRINT, "checkpoint version 14, this program reads 13");
+    newer[6] = 15;
+    fails(&newer, PRINT, "checkpoint version 15, this program reads 14");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

@@ -145,7 +145,7 @@ fn views_that_confirm_do_not_choose() {
     tiny.split.train = (9..all).collect();
     let counted = Counted(&tiny.references, (0..all).map(|_| AtomicUsize::new(0)).collect());
     let setup = Setup { references: &counted, ..tiny.setup() };
-    let pruning = Pruning::WhilePassing { most: 3, share: 0.05, first: 1.0, continued: false };
+    let pruning = Pruning::WhilePassing { most: 3, share: 0.05, first: 1.0 };
     let (iterations, display) = (120, DisplayTerm::Off);
     let keep = Keep::LastPassing;
     let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
@@ -242,7 +242,7 @@ fn what_is_trained_on_goes_on_bit_for_bit() {
     tiny.split.validation = (0..9).collect();
     tiny.split.train = (9..all).collect();
     let (iterations, display, keep) = (30, DisplayTerm::Off, Keep::LastPassing);
-    let pruning = Pruning::WhilePassing { most: 20, share: 0.05, first: 1.0, continued: false };
+    let pruning = Pruning::WhilePassing { most: 20, share: 0.05, first: 1.0 };
     let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
     // Views that did not choose say no from their ninth look on; `stop` iterations after that it
     // is stopped.
@@ -405,7 +405,7 @@ fn strides_are_long_far_above_the_target_where_prunes_cost_little() {
 fn a_prune_that_it_does_not_recover_from_is_undone() {
     let tiny = tiny(300, 2, (48, 36));
     let setup = tiny.setup();
-    let pruning = Pruning::WhilePassing { most: 200, share: 0.6, first: 1.0, continued: false };
+    let pruning = Pruning::WhilePassing { most: 200, share: 0.6, first: 1.0 };
     let (display, keep) = (DisplayTerm::Off, Keep::LastPassing);
     let config = TuneConfig { iterations: 400, pruning, display, keep, ..config(300) };
     let state = State::begin(Model::fresh(&tiny.dense));
@@ -471,7 +471,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     tiny.settings.interval = 2;
     let config = TuneConfig {
         iterations: 30,
-        pruning: Pruning::WhilePassing { most: 15, share: 1.0, first: 1.0, continued: false },
+        pruning: Pruning::WhilePassing { most: 15, share: 1.0, first: 1.0 },
         display: DisplayTerm::Off,
         objective: Objective::Likeness,
         trains: Trains::All,
