@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use super::fit::{self, OptimumPlace, Sample};
+use super::fit::{self, Sample};
 use super::invalid::Invalid;
 
 /// Coarse samples of the published schedule.
@@ -164,7 +164,7 @@ impl Schedule {
             return None;
         }
         match self {
-            Schedule::Adaptive { first: rho, count } => adaptive(done, *count, *rho, first),
+            Schedule::Adaptive { first: rho, .. } => adaptive(done, *rho, first),
             Schedule::Listed(rhos) => {
                 let effort = if next == 0 { first } else { 1.0 };
                 let from = next.checked_sub(1);
@@ -184,12 +184,7 @@ fn end_effort(first: Option<f64>) -> f64 {
 /// The ends first, then refinement. A sample that misses is retried once, with as many iterations
 /// more, before anything else; what misses twice is given up. Where not even the unpruned model
 /// reaches the target there is no further sample, unless the end starts elsewhere.
-fn adaptive(
-    done: &[TakenSample],
-    count: usize,
-    rho: Option<f64>,
-    first: f64,
-) -> Option<NextSample> {
+fn adaptive(done: &[TakenSample], rho: Option<f64>, first: f64) -> Option<NextSample> {
     let tuned = |rho, from| Some(NextSample { rho, from, effort: EFFORT, is_end: false });
     let Some(last) = done.last() else {
         return Some(NextSample { rho: 0.0, from: None, effort: first * EFFORT, is_end: false });
@@ -211,35 +206,20 @@ fn adaptive(
         return Some(NextSample { rho: 0.0, from: None, effort, is_end: true });
     }
     let &(top, highest) = passed.last()?;
-    let end = |effort| Some(NextSample { rho: highest.rho, from: Some(top), effort, is_end: true });
     if let Some(rho) = rho.filter(|_| done.iter().all(|d| is_at(d, 0.0))) {
         return tuned(rho, below(rho));
     }
     if done.iter().all(|d| !d.is_end) {
-        return end(end_effort(rho));
+        let effort = end_effort(rho);
+        return Some(NextSample { rho: highest.rho, from: Some(top), effort, is_end: true });
     }
-    // One that went on with all that was left says that nothing is.
-    if last.is_end && done.iter().filter(|d| d.is_end).count() > 1 {
-        return None;
-    }
-    match refined(done, &passed)? {
-        Refined::At(rho) => tuned(rho, below(rho)),
-        Refined::Beyond => end(EFFORT * (count - done.len()) as f64),
-    }
-}
-
-/// Where a further sample says most.
-enum Refined {
-    /// At this ratio.
-    At(f64),
-    /// Beyond the end: the cheapest is what is pruned most, or as good as that; more of it goes.
-    Beyond,
+    let rho = refined(done, &passed)?;
+    tuned(rho, below(rho))
 }
 
 /// At the minimum of the fitted curve, or if that is known already, between the best sample and its
-/// cheaper neighbour. Without a curve, beyond the end if that is the cheapest. `passed` ascends
-/// in ρ.
-fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Refined> {
+/// cheaper neighbour. `passed` ascends in ρ.
+fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<f64> {
     let is_new = |rho: f64| done.iter().all(|d| (d.rho - rho).abs() >= APART);
     let sample = |(_, d): &(usize, &TakenSample)| Sample {
         rho: d.rho,
@@ -248,23 +228,16 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     };
     let samples: Vec<Sample> = passed.iter().map(sample).collect();
     let minimum = fit::fit(&samples).ok().map(|f| fit::optimum(&f));
-    let end = samples.last().map_or(0.0, |s| s.rho);
-    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned || m.rho + APART > end) {
-        return Some(Refined::Beyond);
-    }
     let total = |i: usize| passed[i].1.total_w();
     let best = (0..passed.len()).min_by(|&a, &b| total(a).total_cmp(&total(b)))?;
-    if minimum.is_none() && best + 1 == passed.len() && passed[best].1.is_end {
-        return Some(Refined::Beyond);
-    }
-    // An end that was pushed on may leave two samples that say the same.
+    // Two samples at one place say the same.
     let is_apart = |&i: &usize| (passed[i].1.rho - passed[best].1.rho).abs() >= APART;
     let sides = [(0..best).rev().find(is_apart), (best + 1..passed.len()).find(is_apart)];
     let mut neighbours: Vec<usize> = sides.into_iter().flatten().collect();
     neighbours.sort_by(|&a, &b| total(a).total_cmp(&total(b)));
     let between = neighbours.into_iter().map(|i| (passed[best].1.rho + passed[i].1.rho) / 2.0);
     let minimum = minimum.map(|m| m.rho);
-    minimum.into_iter().chain(between).find(|&rho| is_new(rho)).map(Refined::At)
+    minimum.into_iter().chain(between).find(|&rho| is_new(rho))
 }
 
 /// The budgets of the published schedule: iterations of coarse sample `i` where a sample has

@@ -35,7 +35,6 @@ pub(crate) use gauge::confirms;
 pub use gauge::{Gauge, confirming};
 pub use heat::Heat;
 pub use objective::Term;
-pub(crate) use stride::LEAST;
 pub use stride::Stride;
 
 /// Iterations without a step before the first, so that second moments know the size of gradients.
@@ -133,7 +132,7 @@ impl State {
             gauge: Gauge::default(),
             unconfirmed: 0,
             heat: None,
-            stride: Stride::first(1.0),
+            stride: Stride::FIRST,
             labels: Vec::new(),
             best: None,
             last: None,
@@ -238,11 +237,6 @@ impl<'a> Tuner<'a> {
             }
             (DisplayTerm::Off | DisplayTerm::Gains { .. } | DisplayTerm::Fixed(_), _) => None,
         };
-        let mut state = state;
-        // One that was interrupted has its own.
-        if let (Pruning::WhilePassing { first, .. }, None) = (config.pruning, state.last) {
-            state.stride = Stride::first(first);
-        }
         let pooled = match config.objective {
             Objective::Likeness => None,
             Objective::Hvsq { pooling } => Some(Pooled::new(pooling)),
@@ -370,7 +364,6 @@ impl<'a> Tuner<'a> {
             self.state.heat = Some(Heat::begin(margin_db, self.config.pace));
         }
         self.prune_if_due(iteration);
-        self.undo_if_due(iteration)?;
         let lambda = self.lambda(iteration);
         if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.is_cold() {
             self.warm_up(0, lambda)?;

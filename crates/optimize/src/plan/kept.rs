@@ -59,7 +59,8 @@ impl Plan {
         }
         let last = done.last();
         // It is retried, or the next of a list starts from it.
-        needed.extend(last.filter(|o| o.role == Role::Sample));
+        let is_adaptive = matches!(self.schedule, Schedule::Adaptive { .. });
+        needed.extend(last.filter(|o| o.role == Role::Sample && !(is_adaptive && o.passed)));
         needed.extend(self.lowest(done));
         if matches!(self.schedule, Schedule::Published { .. }) {
             let here = |o: &&Outcome| last.is_some_and(|l| l.place == o.place);

@@ -11,11 +11,11 @@ use crate::lambda::Control;
 use crate::outcome::Outcome;
 use crate::prune::Score;
 use crate::role::{Baseline, LEVEL, Role};
-use crate::schedule::{APART, Schedule, TakenSample};
+use crate::schedule::{Schedule, TakenSample};
 use crate::settings::{Dimming, Settings, share_of};
 use crate::slack::{SlackPrice, spent_w};
 use crate::target::Target;
-use crate::tune::{DisplayTerm, Keep, LEAST, Objective, Pace, Pruning, Trains, TuneConfig};
+use crate::tune::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
 use powergs_frame::fovea::POOLINGS;
 
 /// The share of all Gaussians that goes in one step.
@@ -25,9 +25,6 @@ const STEP: f64 = 0.05;
 const PRUNING: f64 = 0.25;
 /// See [`PRUNING`].
 const RECOVERY: f64 = 0.25;
-/// Where the most pruned model is the cheapest, the share of the fine-tune of the optimum in which
-/// it is pruned further, before the display term.
-const GOING_ON: f64 = 0.6;
 /// Two ratios that differ by less are the same.
 const SAME: f64 = 0.01;
 /// The share of all Gaussians that goes at most at a time while the target is reached; with the
@@ -157,7 +154,7 @@ impl<'a> Search<'a> {
                     Dimming::Gains => DisplayTerm::Gains { from: iterations },
                     Dimming::Term(_) => DisplayTerm::Off,
                 };
-                let pruned = self.while_passing(from, self.plain(iterations));
+                let pruned = self.while_passing(self.plain(iterations));
                 TuneConfig { display, ..pruned }
             }
             false => self.iso_quality(from, sample.rho, iterations),
@@ -219,26 +216,12 @@ impl<'a> Search<'a> {
         all.max_by(|a, b| a.rho.total_cmp(&b.rho))
     }
 
-    /// The optimum made real: from the model with the highest ratio below it, or where it lies at
-    /// the most pruned one, from that.
+    /// The optimum made real, from the model with the highest ratio below it.
     fn realised(&self, rho: f64) -> Job {
         let iterations = self.settings.final_budget(self.place.level);
         let is_adaptive = matches!(self.plan.schedule, Schedule::Adaptive { .. });
-        let nearest = |rho: f64| self.nearest(rho, self.place.variant).filter(|_| is_adaptive);
-        let end = nearest(1.0).filter(|end| end.rho > 0.0 && rho + APART >= end.rho);
-        let (from, config) = match end {
-            // The more is pruned the better: it goes on for as long as it passes, then dims.
-            Some(_) => {
-                let from = share_of(iterations, GOING_ON).min(iterations - 1);
-                let display = self.dimmed(from, None, iterations - from);
-                let pruned = self.while_passing(end, self.plain(iterations));
-                (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
-            }
-            None => {
-                let from = nearest(rho);
-                (from, self.iso_quality(from, rho, iterations))
-            }
-        };
+        let from = self.nearest(rho, self.place.variant).filter(|_| is_adaptive);
+        let config = self.iso_quality(from, rho, iterations);
         Self::from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
     }
 
@@ -277,7 +260,7 @@ impl<'a> Search<'a> {
         let display = self.dimmed(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
-            Baseline::RenderOnly => (0.0, self.while_passing(None, plain)),
+            Baseline::RenderOnly => (0.0, self.while_passing(plain)),
             Baseline::DisplayOnly => (0.0, TuneConfig { display, keep: Keep::Dimmest, ..plain }),
             Baseline::LightGaussian(percent) => {
                 let share = f64::from(percent) / 100.0;
@@ -318,7 +301,7 @@ impl<'a> Search<'a> {
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
-                self.while_passing(None, plain)
+                self.while_passing(plain)
             }
         };
         self.job(&baseline.name(), Role::Baseline(baseline), 0.0, config)
@@ -356,16 +339,14 @@ impl<'a> Search<'a> {
     }
 
     /// Pruned whenever it passes: a search and what it is compared with in the same steps, shorter
-    /// ones where it takes long to recover, or where `from` was pruned to its limit for the same
-    /// target. The published code takes a twentieth of all at a time.
-    fn while_passing(&self, from: Option<&Outcome>, config: TuneConfig) -> TuneConfig {
+    /// ones where it takes long to recover. The published code takes a twentieth of all at a time.
+    fn while_passing(&self, config: TuneConfig) -> TuneConfig {
         let most = (self.points as f64 * WHILE_PASSING) as usize;
         let share = match self.plan.schedule {
             Schedule::Published { .. } => 1.0,
             Schedule::Adaptive { .. } | Schedule::Listed(_) => OF_WHAT_IS_LEFT,
         };
-        let first = if from.is_some_and(|o| self.is_at_its_limit(o)) { LEAST } else { 1.0 };
-        let pruning = Pruning::WhilePassing { most, share, first };
+        let pruning = Pruning::WhilePassing { most, share };
         TuneConfig { pruning, pace: self.pruned(config.pace), keep: Keep::LastPassing, ..config }
     }
 
@@ -379,13 +360,6 @@ impl<'a> Search<'a> {
         }
         let intact = self.plan.intact(self.done, self.place).map_or(0.0, |intact| intact.margin_db);
         Pace { rest: (intact / BEARS_ALL_DB).clamp(AT_REST, 1.0), ..pace }
-    }
-
-    /// Whether a model was pruned for as long as the target of this search was reached, or as much
-    /// as one that was.
-    fn is_at_its_limit(&self, o: &Outcome) -> bool {
-        let mut ends = self.done.iter().filter(|d| d.place == self.place && is_end(d));
-        o.place == self.place && ends.any(|end| end.rho <= o.rho + SAME)
     }
 
     /// What spends the quality above the target on the display: gains, or a display term from an
@@ -422,12 +396,6 @@ impl<'a> Search<'a> {
         let goal = goal(self.points, rho);
         Pruning::Steps { score: Score::Dominance, goal, steps, every }
     }
-}
-
-/// Whether it is a rendering end: pruned for as long as the target was reached, without a display
-/// term, and by more than nothing.
-fn is_end(o: &Outcome) -> bool {
-    o.is_end && o.rho > 0.0
 }
 
 /// What the next sample of a place is called, without the letter of a quality or the number of a

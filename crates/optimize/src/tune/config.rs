@@ -27,9 +27,6 @@ pub enum Pruning {
         most: usize,
         /// At most this share of what is left; below 1 it shrinks where recovering takes long.
         share: f64,
-        /// What part of that share the first prune is; those that follow grow where recovering is
-        /// quick.
-        first: f64,
     },
 }
 

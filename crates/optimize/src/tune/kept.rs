@@ -139,20 +139,6 @@ impl Tuner<'_> {
         Ok(None)
     }
 
-    /// Where nothing is pruned any more after pruning for as long as the target was reached, what
-    /// was pruned since it last was is undone: dimming has slack to spend, and no time to recover.
-    pub(super) fn undo_if_due(&mut self, iteration: u32) -> Result<(), TuneError> {
-        let (DisplayTerm::Controlled { from, .. } | DisplayTerm::Gains { from }) =
-            self.config.display
-        else {
-            return Ok(());
-        };
-        let is_due = iteration == from
-            && matches!(self.config.pruning, Pruning::WhilePassing { .. })
-            && self.state.last.is_some_and(|check| !check.passed);
-        if is_due { self.undo() } else { Ok(()) }
-    }
-
     /// While it prunes whenever it passes: a prune that it does not recover from is undone, and the
     /// next one is smaller.
     pub(super) fn give_up_if_due(&mut self, lambda: f64) -> Result<(), TuneError> {

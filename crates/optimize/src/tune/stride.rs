@@ -10,7 +10,7 @@ const GIVE_UP: u32 = 20;
 /// From so many on it is asked whether it will.
 const ASK: u32 = 6;
 /// The least that strides shrink to, relative to the longest.
-pub const LEAST: f64 = 0.0625;
+const LEAST: f64 = 0.0625;
 /// The longest, relative to the same, far above the target.
 const MOST: f64 = 4.0;
 /// Not far above the target is what is not above it by so many decibels for each longest stride.
@@ -33,12 +33,14 @@ pub struct Stride {
 }
 
 impl Stride {
-    /// A first stride of this length, relative to the longest.
-    pub const fn first(length: f64) -> Stride {
-        // As long as it is where recovering is neither quick nor slow.
-        let found_db = [0.0; GIVE_UP as usize];
-        Stride { length, waited: 1, found_db, before_db: 0.0, cost_db: f64::MAX }
-    }
+    /// The first, as long as it is where recovering is neither quick nor slow.
+    pub const FIRST: Stride = Stride {
+        length: 1.0,
+        waited: 1,
+        found_db: [0.0; GIVE_UP as usize],
+        before_db: 0.0,
+        cost_db: f64::MAX,
+    };
 
     /// A check missed the target, by so many decibels below 0.
     pub fn missed(&mut self, margin_db: f64) {

@@ -183,7 +183,7 @@ fn near_its_target_a_level_is_pruned_only_where_all_views_that_choose_were_looke
     tiny.split.validation = (0..all / 2).collect();
     tiny.split.train = (all / 2..all).collect();
     let setup = tiny.setup();
-    let pruning = Pruning::WhilePassing { most: 15, share: 0.05, first: 1.0 };
+    let pruning = Pruning::WhilePassing { most: 15, share: 0.05 };
     let (display, keep) = (DisplayTerm::Off, Keep::LastPassing);
     let config = TuneConfig { iterations: 90, pruning, display, keep, ..config(300, 3.0) };
     let target = Target::Hvsq(5e-6);

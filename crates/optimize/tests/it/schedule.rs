@@ -96,29 +96,6 @@ fn five_samples_are_both_ends_and_then_around_the_minimum() {
 }
 
 #[test]
-fn where_pruning_most_is_best_one_sample_goes_on_with_all_that_is_left() {
-    let mut done = Vec::new();
-    let (mut ends, mut effort) = (0, 0.0);
-    while let Some(sample) = Schedule::FIVE.next(&done, 1.0) {
-        ends += u32::from(sample.is_end);
-        effort += sample.effort;
-        // The display takes next to nothing; 0.6, then hardly more.
-        let rho = if sample.is_end { 0.595 + 0.005 * f64::from(ends) } else { sample.rho };
-        let (display_w, render_w) = (0.01 + 0.001 * rho * rho, 1.0 - rho);
-        done.push(TakenSample { rho, display_w, render_w, passed: true, is_end: sample.is_end });
-    }
-    assert_eq!((done.len(), ends), (4, 2), "{done:?}");
-    assert_eq!(effort, 0.5 + 0.5 + 4.0 + 1.0);
-}
-
-#[test]
-fn a_minimum_as_good_as_at_the_end_is_not_looked_for_elsewhere() {
-    // Half way to the sample before would say nothing.
-    let got = run(&Schedule::FIVE, 0.7, 0.69);
-    check(&got, &[(0.0, None), (0.15, Some(0)), (0.15, Some(1)), (0.7, Some(2))]);
-}
-
-#[test]
 fn a_miss_is_tried_again_before_its_ratio_is_given_up() {
     // 0.15 misses twice; the end starts from what passed.
     let want = [(0.0, None), (0.15, Some(0)), (0.15, Some(1)), (0.0, Some(0))];
@@ -143,8 +120,7 @@ fn in_the_periphery_the_pruned_end_follows_the_unpruned_one_from_where_the_searc
         done.push(TakenSample { rho, display_w, render_w, passed, is_end: sample.is_end });
         efforts.push((sample.effort, sample.from, sample.is_end));
     }
-    // The only one that passed goes on with what is left.
-    let want = [(0.5, None, false), (0.5, Some(0), false), (4.5, None, true), (0.5, Some(2), true)];
+    let want = [(0.5, None, false), (0.5, Some(0), false), (4.5, None, true)];
     assert_eq!(efforts, want);
 }
 

@@ -145,7 +145,7 @@ fn views_that_confirm_do_not_choose() {
     tiny.split.train = (9..all).collect();
     let counted = Counted(&tiny.references, (0..all).map(|_| AtomicUsize::new(0)).collect());
     let setup = Setup { references: &counted, ..tiny.setup() };
-    let pruning = Pruning::WhilePassing { most: 3, share: 0.05, first: 1.0 };
+    let pruning = Pruning::WhilePassing { most: 3, share: 0.05 };
     let (iterations, display) = (120, DisplayTerm::Off);
     let keep = Keep::LastPassing;
     let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
@@ -242,7 +242,7 @@ fn what_is_trained_on_goes_on_bit_for_bit() {
     tiny.split.validation = (0..9).collect();
     tiny.split.train = (9..all).collect();
     let (iterations, display, keep) = (30, DisplayTerm::Off, Keep::LastPassing);
-    let pruning = Pruning::WhilePassing { most: 20, share: 0.05, first: 1.0 };
+    let pruning = Pruning::WhilePassing { most: 20, share: 0.05 };
     let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
     // Views that did not choose say no from their ninth look on; `stop` iterations after that it
     // is stopped.
@@ -343,7 +343,7 @@ fn what_a_few_views_differ_by_is_no_fall() {
 
 #[test]
 fn strides_shrink_where_recovering_takes_long_and_grow_again() {
-    let mut stride = Stride::first(1.0);
+    let mut stride = Stride::FIRST;
     assert_eq!(stride.passed(0.0), 1.0);
     for expected in [0.5, 0.25, 0.125, 0.0625, 0.0625] {
         (0..3).for_each(|_| stride.missed(-0.1));
@@ -366,7 +366,7 @@ fn strides_shrink_where_recovering_takes_long_and_grow_again() {
 #[test]
 fn a_prune_that_it_will_not_recover_from_is_given_up_early() {
     let checks = |found: fn(f64) -> f64| {
-        let mut stride = Stride::first(1.0);
+        let mut stride = Stride::FIRST;
         stride.passed(0.0);
         (1..=20).find(|&i| {
             stride.missed(found(f64::from(i)));
@@ -384,7 +384,7 @@ fn a_prune_that_it_will_not_recover_from_is_given_up_early() {
 #[test]
 fn strides_are_long_far_above_the_target_where_prunes_cost_little() {
     let strides = |cost_db: f64| {
-        let (mut stride, mut margin_db) = (Stride::first(1.0), 12.0);
+        let (mut stride, mut margin_db) = (Stride::FIRST, 12.0);
         [(); 6].map(|()| {
             let length = stride.passed(margin_db);
             margin_db -= cost_db * length;
@@ -405,7 +405,7 @@ fn strides_are_long_far_above_the_target_where_prunes_cost_little() {
 fn a_prune_that_it_does_not_recover_from_is_undone() {
     let tiny = tiny(300, 2, (48, 36));
     let setup = tiny.setup();
-    let pruning = Pruning::WhilePassing { most: 200, share: 0.6, first: 1.0 };
+    let pruning = Pruning::WhilePassing { most: 200, share: 0.6 };
     let (display, keep) = (DisplayTerm::Off, Keep::LastPassing);
     let config = TuneConfig { iterations: 400, pruning, display, keep, ..config(300) };
     let state = State::begin(Model::fresh(&tiny.dense));
@@ -471,7 +471,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     tiny.settings.interval = 2;
     let config = TuneConfig {
         iterations: 30,
-        pruning: Pruning::WhilePassing { most: 15, share: 1.0, first: 1.0 },
+        pruning: Pruning::WhilePassing { most: 15, share: 1.0 },
         display: DisplayTerm::Off,
         objective: Objective::Likeness,
         trains: Trains::All,
