@@ -1,7 +1,7 @@
 //! Parts that a machine may not have, and choices that bring keys of their own. Without them those
 //! keys have no effect: files leave them out, and what is asked of them is refused.
 
-use toml::{Table, Value};
+use toml::Table;
 
 use super::{BinningMethod, Eviction, Fetch, Machine};
 use powergs_base::config::{Config, Place, Problem};
@@ -143,11 +143,11 @@ pub(super) fn leave_out(table: &mut Table, machine: &Machine) {
     for part in OPTIONAL.iter().filter(|part| !part.is_in(machine)) {
         for key in part.keys {
             let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
-            let tables = tables.split('.').filter(|name| !name.is_empty());
-            let at = tables.fold(Some(&mut *table), |at, name| {
-                at?.get_mut(name).and_then(Value::as_table_mut)
-            });
-            at.map(|at| at.remove(last));
+            let mut tables = tables.split('.').filter(|name| !name.is_empty());
+            let at = tables.try_fold(&mut *table, |at, name| at.get_mut(name)?.as_table_mut());
+            if let Some(at) = at {
+                at.remove(last);
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use expect_test::expect_file;
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_base::config::{KeyDoc, key_docs};
+use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::{Fetch, OPTIONAL, Optional};
@@ -188,11 +188,7 @@ fn keys_of_parts_that_are_not_there_are_refused() {
         let own = own.unwrap_or_else(|| panic!("{}: no key", part.what));
         let machine = Machine::parse_with(gscore(), &sets(part.with));
         let table = machine.unwrap_or_else(|e| panic!("{}: {e}", part.what)).stated();
-        let value = own
-            .path
-            .split('.')
-            .fold(Some(&toml::Value::Table(table)), |at, key| at?.get(key))
-            .cloned();
+        let value = knob::values(&table, &own.path).pop();
         let value = value.unwrap_or_else(|| panic!("{}: not there with {:?}", own.path, part.with));
         let set = format!("{}={value}", own.path);
         let without = [

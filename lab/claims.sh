@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# The runs behind docs/claims.md, and the page. Hours; a second call goes on where the first was stopped.
+# The runs behind evidence/claims.md, and the page. Hours; a second call goes on where the first was stopped.
 #
-#   benches/claims.sh PROGRAM SCENES OUT
+#   lab/claims.sh PROGRAM SCENES OUT
+#
+# PROGRAM is powergs-sim; powergs-lab lies beside it.
 #
 # SCENES has the folders fox-posed, snowmiku-posed (photos and a model), playcanvas-playbot,
 # playcanvas-biker and playcanvas-flowers (models); what is not there is left out. OUT gets a folder for
@@ -91,4 +93,4 @@ runs=()
 for folder in "$out"/*/; do
     if [ -e "$folder/results.json" ]; then runs+=("$folder"); fi
 done
-"$program" claims "${runs[@]}" --force --write "$out/claims.md"
+"$(dirname "$program")/powergs-lab" claims "${runs[@]}" --force --write "$out/claims.md"
