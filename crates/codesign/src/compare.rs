@@ -156,7 +156,7 @@ pub struct Market<'a> {
     pub budget: CompareBudget,
     /// The place of the energy table.
     pub table: usize,
-    /// The place of the views in [`Prices`](super::pricing::Prices).
+    /// The place of the views in [`ModelPrices`](super::pricing::ModelPrices).
     pub scope: usize,
 }
 
