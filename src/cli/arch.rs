@@ -7,7 +7,7 @@ use super::failure::ConfigUsage;
 use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::schema_with_base;
-use powergs_base::config::{ConfigError, Embedded, layer, schema_of};
+use powergs_base::config::{ConfigError, Embedded, key_docs, knob, layer, schema_of};
 use powergs_core::accel::Machine;
 use powergs_core::run::ConfigText;
 use powergs_core::run::RunError;
@@ -260,7 +260,7 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
             (false, _) => file.own().into(),
             (true, Kind::Machine) => {
                 let machine = Machine::parse(&file.text).usage(&file.origin)?;
-                layer::without(&file.text, |key| machine.leaves_out(key))
+                whole(&file.text, &machine)
             }
             (true, _) => layer::without_places(&file.text),
         };
@@ -291,6 +291,20 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
         return out::json(&system.machine().stated()).map(|()| Exit::Done);
     }
     out::text(&system.machine_toml()).map(|()| Exit::Done)
+}
+
+/// A machine file with every key that has an effect: those of its bases, with their comments, and
+/// what a part has where no file says it.
+fn whole(text: &str, machine: &Machine) -> String {
+    let text = layer::without(text, |key| machine.leaves_out(key));
+    let said: toml::Table = text.parse().unwrap_or_default();
+    let stated = machine.stated();
+    let unsaid = key_docs::<Machine>().into_iter().filter_map(|key| {
+        let value = knob::values(&stated, &key.path).pop().filter(|_| !key.table)?;
+        let is_said = !knob::values(&said, &key.path).is_empty();
+        (!is_said).then(|| format!("{} = {value}  # where no file says it\n", key.path))
+    });
+    layer::plus(&text, &unsaid.collect::<String>())
 }
 
 /// A file as it is copied out of the program: its first line names a schema that a copy does not

@@ -3,6 +3,7 @@
 use assert_cmd::Command;
 use powergs_sim::accel::Machine;
 use powergs_sim::config::embedded::MACHINES;
+use powergs_sim::config::{key_docs, knob};
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{System, SystemSpec};
 use predicates::prelude::*;
@@ -136,6 +137,13 @@ fn a_resolved_file_is_the_same_machine() {
         let [whole, own] = [&text, file.text].map(|text| Machine::parse(text).expect(file.name));
         assert_eq!(whole.to_toml(), own.to_toml(), "{}", file.name);
         assert!(text.contains(" # ") && !text.contains("\nbase = "), "{}", file.name);
+        let said: toml::Table = text.parse().expect("TOML");
+        for key in key_docs::<Machine>().iter().filter(|key| !key.table) {
+            let [said, stated] =
+                [&said, &own.stated()].map(|table| knob::values(table, &key.path).len());
+            // `numbers = "none"` is said and is no value.
+            assert!(said >= stated, "{}: {}", file.name, key.path);
+        }
     }
 }
 

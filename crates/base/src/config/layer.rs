@@ -130,6 +130,18 @@ pub fn without(text: &str, is_out: impl Fn(&str) -> bool) -> String {
     without_places(&statements.text())
 }
 
+/// The text with the keys of `more`, each in its table. What is no TOML stays.
+pub fn plus(text: &str, more: &str) -> String {
+    let (Ok(parsed), Ok(keys)) = (DeTable::parse(text), DeTable::parse(more)) else {
+        return text.to_owned();
+    };
+    let mut statements = Statements::of("", text, parsed.get_ref());
+    for statement in Statements::of("", more, keys.get_ref()).all {
+        statements.put(statement);
+    }
+    without_places(&statements.text())
+}
+
 /// A key with its value, or the head of a table, with the comments above it.
 #[derive(Debug, Clone)]
 struct Statement {
