@@ -15,6 +15,7 @@ use crate::value;
 use powergs_base::config::suggest::nearest;
 use powergs_base::config::{KeyDoc, embedded, key_docs, knob};
 use powergs_core::accel::Machine as MachineFile;
+use powergs_core::accel::machine::Optional;
 use powergs_core::run::files::{ConfigText, DiskFiles, FileKind, Files};
 use powergs_core::run::{Change, RunError, System, SystemSpec};
 use powergs_core::sim::cost::peak_w;
@@ -105,6 +106,10 @@ impl Machine {
         Ok(Machine::new(name, System::load(&spec, &DiskFiles).map_err(Fault::from)?))
     }
 
+    fn lacks(&self, key: &str) -> Option<&'static Optional> {
+        self.system.machine().lacks(key)
+    }
+
     /// A machine of a system that was opened as `name`.
     pub fn new(name: &str, system: System) -> Machine {
         Machine { system: Arc::new(system), name: name.to_owned() }
@@ -169,8 +174,8 @@ impl Machine {
     /// ``_`` for ``-``. Values are numbers, texts with a unit (``"1.2 GHz"``), truth values or
     /// lists. ``energy:``, ``dram:`` and ``display:`` in front of a key name the other files.
     ///
-    /// Raises ``ConfigError`` for a key that the file does not have, with a suggestion, and for
-    /// values that do not fit together.
+    /// Raises ``ConfigError`` for a key that the file does not have, with a suggestion, for one of
+    /// a part that the machine does not have, and for values that do not fit together.
     #[pyo3(signature = (keys=None, /, **named))]
     fn with_(
         &self,
@@ -178,7 +183,13 @@ impl Machine {
         named: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Machine> {
         let changes = value::changes(keys, named)?;
-        Ok(self.of(self.changed(&changes)?))
+        let machine = self.of(self.changed(&changes)?);
+        let of_machine = |change: &&Change| change.file == FileKind::Machine;
+        let absent = |change: &Change| Some(machine.lacks(&change.path)?.absent(&change.path));
+        match changes.iter().filter(of_machine).find_map(absent) {
+            Some(message) => Err(Fault::config(message).into()),
+            None => Ok(machine),
+        }
     }
 
     /// Name of the machine.
@@ -247,8 +258,10 @@ impl Machine {
         let missing = || Fault::config(format!("this machine has no {}", kind.name()));
         let table = self.system.table(kind).ok_or_else(missing)?;
         let mut rows: Vec<(KeyDoc, Option<String>)> = Vec::new();
+        let lacks = |key: &str| kind == FileKind::Machine && self.lacks(key).is_some();
         for doc in docs_of(kind).into_iter().filter(|doc| !doc.table) {
-            let values = knob::values(&table, doc.path.trim_end_matches("[]"));
+            let mut values = knob::values(&table, doc.path.trim_end_matches("[]"));
+            values.retain(|_| !lacks(&doc.path));
             let shown: Vec<String> = values.iter().map(knob::shown).collect();
             let value = (!shown.is_empty()).then(|| shown.join(", "));
             rows.push((doc, value));
@@ -256,7 +269,11 @@ impl Machine {
         let docs = || rows.iter().map(|(doc, _)| doc);
         Table::new([
             Column::text("key", "Name with dots.", docs().map(|d| Some(&d.path))),
-            Column::text("value", "As the file has it.", rows.iter().map(|(_, v)| v.as_ref())),
+            Column::text(
+                "value",
+                "As the file has it; null for a part that is not there.",
+                rows.iter().map(|(_, v)| v.as_ref()),
+            ),
             Column::text("unit", "Unit or kind of the value.", docs().map(|d| Some(&d.unit))),
             Column::text("definition", "What it is.", docs().map(|d| Some(&d.definition))),
         ])
@@ -265,6 +282,9 @@ impl Machine {
     /// The value of a key: a number, a text with its unit, a truth value, a list or a table.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         let change: Change = format!("{key}=0").parse().map_err(Fault::config)?;
+        if let Some(part) = self.lacks(&change.path).filter(|_| change.file == FileKind::Machine) {
+            return Err(PyKeyError::new_err(part.absent(&change.path)));
+        }
         let table = self.system.table(change.file);
         let found = table.and_then(|table| knob::values(&table, &change.path).into_iter().next());
         match found {

@@ -25,6 +25,7 @@ import powergs
         ({"vru.cores": [1, 2]}, "cores"),
         ({"clock": "fast"}, "frequency"),
         ({"": 1}, "KEY=VALUE"),
+        ({"cache.ways": 8}, "give `cache.capacity`"),
         ({"energy": "nosuch"}, "no energy table `nosuch`"),
         ({"energy:foo": 1}, "foo"),
         ({"nosuch:foo": 1}, "nosuch"),

@@ -114,6 +114,16 @@ def test_machines_change_and_compare(gscore) -> None:
     assert "vru.cores" in gscore.keys()["key"] and "static" in gscore.keys("display")["key"]
 
 
+def test_parts_that_a_machine_does_not_have(gscore) -> None:
+    cached = gscore.with_({"cache.capacity": "32 KiB", "cache.ways": 8})
+    assert (cached["cache.ways"], gscore["cache.capacity"]) == (8, "0 B")
+    with pytest.raises(KeyError, match="give `cache.capacity`"):
+        gscore["cache.ways"]
+    value = dict(zip(gscore.keys()["key"], gscore.keys()["value"]))
+    assert value["cache.ways"] is None and value["vru.cores"] == "4"
+    assert "[cache]" in cached.to_toml() and "[cache]" not in gscore.to_toml()
+
+
 def test_a_machine_from_a_file(gscore, tmp_path, demo) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(gscore.with_(vru__cores=2).to_toml())
