@@ -7,8 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use powergs_sim::accel::vru::{Render, Vru};
-use powergs_sim::accel::{Rule, UnitRule, UnitRules};
-use powergs_sim::action::UnitKind;
+use powergs_sim::accel::{Rule, Unit, UnitRule, UnitRules};
 use powergs_sim::run::{Session, Subject, System, TraceFile};
 use powergs_sim::sim::FrameReport;
 
@@ -82,7 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let millijoules: f64 = reports.iter().map(|r| r.energy.total().0 * 1e-9).sum();
         let (mut busy, mut cycles) = (0, 0);
         for timing in reports.iter().filter_map(FrameReport::timing) {
-            let vru = timing.unit(UnitKind::Vru);
+            let Some(vru) = timing.unit(Vru::STAGE) else { continue };
             busy += vru.busy;
             cycles += u64::from(vru.instances) * timing.frame;
         }

@@ -45,7 +45,7 @@
 pub mod cli;
 
 pub use powergs_base::{budget, config, picture, quantity};
-pub use powergs_core::{accel, run, sim, workload};
+pub use powergs_core::{accel, run, sim, stage, workload};
 pub use powergs_energy::action;
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]

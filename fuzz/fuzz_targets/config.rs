@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use powergs_sim::accel::Machine;
-use powergs_sim::energy::EnergyTable;
+use powergs_sim::stage::EnergyTable;
 use powergs_sim::sweep::file::SweepFile;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -19,8 +19,9 @@ use powergs_core::accel::machine::Optional;
 use powergs_core::run::files::{ConfigText, DiskFiles, FileKind, Files};
 use powergs_core::run::{Change, RunError, System, SystemSpec};
 use powergs_core::sim::cost::peak_w;
+use powergs_core::stage::{EnergyTable, hardware};
 use powergs_dram::Device;
-use powergs_energy::{Area, EnergyTable};
+use powergs_energy::Area;
 use powergs_frame::display::Display;
 use powergs_report::document::Document;
 
@@ -225,15 +226,15 @@ impl Machine {
     /// Area of the chip, mm²; ``None`` where the energy table has no areas.
     #[getter]
     fn area_mm2(&self) -> Option<f64> {
-        self.system.prices().area.map(|area| area.total().0)
+        self.system.prices().area.as_ref().map(|area| area.total().0)
     }
 
     /// Area and peak power of its blocks: ``block``, ``area_mm2``, ``peak_power_w``.
     fn area(&self) -> PyResult<Table> {
         let prices = self.system.prices();
         let watts = peak_w(self.system.machine(), prices);
-        let names: Vec<&str> = Area::default().blocks().iter().map(|(name, _)| *name).collect();
-        let area = |i: usize| prices.area.map(|area| area.blocks()[i].1.0);
+        let names: Vec<&str> = Area::blocks(hardware()).iter().map(|block| block.name).collect();
+        let area = |i: usize| prices.area.as_ref().map(|area| area.areas()[i].0);
         let peak = |name: &&str| watts.iter().find(|(block, _)| block == name).map(|(_, w)| *w);
         Table::new([
             Column::text("block", "Block of the chip.", names.iter().map(Some)),

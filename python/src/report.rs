@@ -16,6 +16,7 @@ use crate::watch::{self, Counts};
 use powergs_base::config::suggest::nearest;
 use powergs_core::run::session::Target as Ran;
 use powergs_core::sim::statistics::{Aggregate, Kind, Statistic, Value, catalogue, find, values};
+use powergs_core::stage::stage;
 use powergs_report as report;
 use powergs_study::findings::what_if::Step;
 use powergs_study::findings::{self, Key, Record, WhatIf, bottleneck};
@@ -440,7 +441,7 @@ pub struct Bottleneck {
 
 impl Bottleneck {
     fn of(found: &findings::Bottleneck) -> Bottleneck {
-        let bounds = found.bounds.iter().map(|b| (b.unit.name().to_owned(), b.share));
+        let bounds = found.bounds.iter().map(|b| (stage(b.unit).key.to_owned(), b.share));
         let waits = found.waits.iter().map(|w| (w.cause.name().to_owned(), w.share));
         Bottleneck {
             limit: found.limit.name().to_owned(),

@@ -6,12 +6,14 @@ pub mod bank;
 pub mod batch;
 pub mod bsu;
 pub mod buffer;
+pub mod cache;
 pub mod calibration;
 pub mod ccu;
 pub mod colour;
 pub mod divide;
 pub mod dram;
 pub mod layout;
+pub mod lists;
 pub mod machine;
 pub mod memory;
 pub mod pipeline;
@@ -34,9 +36,10 @@ use crate::workload::FrameWorkload;
 use crate::workload::binning::ListWrites;
 use crate::workload::reuse::ListReuse;
 use powergs_dram::DramCommands;
-use powergs_energy::action::{ActionCounts, Buffer, UnitKind};
+use powergs_energy::action::{ActionCounts, BufferId, StageId};
 use powergs_frame::fovea::LEVELS;
 
+pub use crate::stage::Stall;
 pub use calibration::Calibration;
 pub use machine::Machine;
 pub use pipeline::memo::Memo;
@@ -51,85 +54,20 @@ use schedule::Plan;
 use subtiles::ChunkRun;
 use timeline::Observer;
 
-/// Why a unit that had work could not proceed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Stall {
-    /// Records of Gaussians are still in DRAM or on the way.
-    Records,
-    /// The list of a tile is still in DRAM or on the way.
-    List,
-    /// Keys that did not fit the sorting buffer are on their way to DRAM and back.
-    Spill,
-    /// Features or colours of a chunk are still in DRAM or on the way.
-    Features,
-    /// The unit before it has not finished.
-    Input,
-    /// The buffer behind it is full.
-    Output,
-    /// Banks of its buffers are taken by other accesses.
-    Bank,
-}
-
-impl Stall {
-    /// All causes, in report order.
-    pub const ALL: [Stall; 7] = [
-        Stall::Records,
-        Stall::List,
-        Stall::Spill,
-        Stall::Features,
-        Stall::Input,
-        Stall::Output,
-        Stall::Bank,
-    ];
-
-    /// The name in every output.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Stall::Records => "records",
-            Stall::List => "list",
-            Stall::Spill => "spill",
-            Stall::Features => "features",
-            Stall::Input => "input",
-            Stall::Output => "output",
-            Stall::Bank => "bank",
-        }
-    }
-
-    /// Whether the unit waits for DRAM.
-    pub const fn is_dram(self) -> bool {
-        match self {
-            Stall::Records | Stall::List | Stall::Spill | Stall::Features => true,
-            Stall::Input | Stall::Output | Stall::Bank => false,
-        }
-    }
-}
-
 /// Where the cycles of one kind of unit went, summed over its instances:
 /// `busy + stalls + idle = instances * frame`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitCycles {
     /// Which kind.
-    pub unit: UnitKind,
+    pub unit: StageId,
     /// How many of them the machine has.
     pub instances: u32,
     /// Cycles with work.
     pub busy: u64,
-    /// Cycles with work that could not proceed, by cause (order of [`Stall::ALL`]).
-    pub stalls: [u64; Stall::ALL.len()],
+    /// Cycles with work that could not proceed, by [`Stall::index`].
+    pub stalls: [u64; Stall::MOST],
     /// Cycles without work: before its phase, after its last item.
     pub idle: u64,
-}
-
-/// What the colour units of all cores did, where colours are read late.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ColourCycles {
-    /// How many of them the machine has.
-    pub units: u32,
-    /// Cycles for which a chunk held their entries, summed over them.
-    pub busy: u64,
-    /// Cycles in which rendering units had a chunk that was sorted and loaded, and waited for its
-    /// colours, summed over the rendering units: a part of their [`Stall::Input`].
-    pub waits: u64,
 }
 
 /// Activity of the shared DRAM in one frame.
@@ -163,7 +101,7 @@ impl DramUse {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BufferUse {
     /// Which.
-    pub buffer: Buffer,
+    pub buffer: BufferId,
     /// Its size, bytes.
     pub capacity: u64,
     /// The most that it held, bytes.
@@ -227,13 +165,11 @@ pub struct FrameTiming {
     pub frame: u64,
     /// Cycles until the last CCU was done.
     pub preprocessing_end: u64,
-    /// Units, in the order of [`UnitKind::ALL`].
-    pub units: [UnitCycles; UnitKind::ALL.len()],
-    /// Colour units; `None` where CCUs evaluate colours.
-    pub colour: Option<ColourCycles>,
+    /// Units of each kind that the machine has, in the order of their numbers.
+    pub units: Vec<UnitCycles>,
     /// The DRAM.
     pub dram: DramUse,
-    /// Buffers, in the order of [`Buffer::FILLED`].
+    /// Buffers that fill and empty.
     pub buffers: Vec<BufferUse>,
     /// Cycles for which tiles (or merged tiles, or sort groups) held a core's renderer, from the
     /// first of their chunks to the last of their pixels.
@@ -242,7 +178,7 @@ pub struct FrameTiming {
 
 impl FrameTiming {
     /// A buffer; `None` where the machine has no such buffer.
-    pub fn buffer(&self, buffer: Buffer) -> Option<&BufferUse> {
+    pub fn buffer(&self, buffer: BufferId) -> Option<&BufferUse> {
         self.buffers.iter().find(|b| b.buffer == buffer)
     }
 
@@ -251,9 +187,9 @@ impl FrameTiming {
         if self.frame == 0 { 0.0 } else { self.dram.busy_cycles as f64 / self.frame as f64 }
     }
 
-    /// The units of one kind.
-    pub fn unit(&self, kind: UnitKind) -> &UnitCycles {
-        &self.units[kind as usize]
+    /// The units of one kind; `None` where the machine has none.
+    pub fn unit(&self, kind: StageId) -> Option<&UnitCycles> {
+        self.units.iter().find(|units| units.unit == kind)
     }
 }
 

@@ -4,4 +4,5 @@
 pub mod accel;
 pub mod run;
 pub mod sim;
+pub mod stage;
 pub mod workload;

@@ -9,10 +9,11 @@ use std::collections::BTreeMap;
 use yaml::YamlNode;
 
 use super::table::{
-    ActionPrice, ActionPrices, AreaPrice, BytePrice, DramPrices, EnergyTable, FlatDram, Overhead,
-    PowerPrice, RestArea, SramMacro, SramPrices, UnitArea, UnitLeakage,
+    ActionPrice, AreaPrice, BytePrice, DramPrices, EnergyTable, FlatDram, Overhead, PowerPrice,
+    RestArea, SramMacro, SramPrices, UnitArea,
 };
-use crate::action::Buffer;
+use crate::action::StageId;
+use crate::hardware::{Catalogue, Does, StageFacts, Unpriced};
 use powergs_base::quantity::{Hertz, Picojoules, PicojoulesPerByte, SquareMillimetres, Watts};
 
 mod yaml;
@@ -20,21 +21,20 @@ mod yaml;
 /// The longest text that is looked at, bytes.
 pub const TEXT_MAX: usize = 1 << 20;
 
-/// Components that a machine may do without.
-const OPTIONAL: [&str; 4] = ["cache", "pointers", "combining", "codebook"];
-/// Components that must be there.
-const NEEDED: [&str; 10] = [
-    "ccu",
-    "qsu",
-    "bsu",
-    "vru",
-    "gaussian_in",
-    "tile_list",
-    "sorting",
-    "feature",
-    "pixel_out",
-    "dram",
-];
+/// The component that must be there. Which others a machine needs is known when it is priced.
+const DRAM: &str = "dram";
+
+/// Units that have a component: those with prices of their own.
+fn units<C: Catalogue>() -> impl Iterator<Item = (StageId, &'static StageFacts)> {
+    C::hardware().units().filter(|(_, unit)| unit.counted_in.is_none())
+}
+
+/// Components that are looked at: units, buffers, the DRAM.
+fn components<C: Catalogue>() -> Vec<&'static str> {
+    let units = units::<C>().map(|(_, unit)| unit.key);
+    let buffers = C::hardware().buffers().map(|(_, buffer)| buffer.name);
+    units.chain(buffers).chain([DRAM]).collect()
+}
 
 /// The source of every price of such a table.
 const SOURCE: &str = "accelergy";
@@ -207,6 +207,7 @@ fn read<T>(
 fn by_name<T>(
     root: &'static str,
     file: AccelergyTables<T>,
+    known: &[&str],
     name: impl Fn(&T) -> &str,
 ) -> Result<BTreeMap<String, T>, AccelergyError> {
     let version = file.version;
@@ -216,7 +217,7 @@ fn by_name<T>(
     let mut found: BTreeMap<String, T> = BTreeMap::new();
     for table in file.tables {
         let component = short(name(&table));
-        if !NEEDED.contains(&component.as_str()) && !OPTIONAL.contains(&component.as_str()) {
+        if !known.contains(&component.as_str()) {
             continue;
         }
         if let Some(first) = found.get(&component) {
@@ -243,39 +244,43 @@ fn missing<T>(
 
 impl ErtTable {
     /// The energies of these actions, per byte where an action says for how many bytes it is.
-    fn energies<const N: usize>(&self, actions: [&str; N]) -> Result<[f64; N], AccelergyError> {
+    fn energies(&self, actions: &[&str]) -> Result<Vec<f64>, AccelergyError> {
         let find = |wanted: &str| self.actions.iter().find(|a| same(&a.name, wanted));
-        for wanted in actions {
+        for &wanted in actions {
             let times = self.actions.iter().filter(|a| same(&a.name, wanted)).count();
             if times > 1 {
-                let (component, action) = (self.name.clone(), wanted.to_owned());
+                let (component, action) = (self.name.clone(), words(wanted));
                 return Err(AccelergyError::ActionTwice { component, action, times });
             }
         }
         let missing: Vec<String> = actions
             .iter()
             .filter(|wanted| find(wanted).is_none())
-            .map(|wanted| format!("`{wanted}`"))
+            .map(|wanted| format!("`{}`", words(wanted)))
             .collect();
         if !missing.is_empty() {
             let (component, missing) = (self.name.clone(), missing.join(", "));
             return Err(AccelergyError::Actions { component, missing, it: "it" });
         }
-        let mut values = [0.0; N];
-        for (value, wanted) in values.iter_mut().zip(actions) {
+        let energy = |&wanted: &&str| {
             let action = find(wanted).expect("nothing is missing");
-            *value = number(&self.name, &format!("energy of `{wanted}`"), action.energy)?;
-            if let Some(bytes) = action.bytes {
-                let bytes = number(&self.name, "argument `bytes`", bytes)?;
-                *value = number(&self.name, "energy per byte", *value / bytes)?;
-            }
-        }
-        Ok(values)
+            let what = format!("energy of `{}`", words(wanted));
+            let energy = number(&self.name, &what, action.energy)?;
+            let Some(bytes) = action.bytes else { return Ok(energy) };
+            let bytes = number(&self.name, "argument `bytes`", bytes)?;
+            number(&self.name, "energy per byte", energy / bytes)
+        };
+        actions.iter().map(energy).collect()
     }
 }
 
+/// A key of ours as reference tables write it.
+fn words(key: &str) -> String {
+    key.replace('-', "_")
+}
+
 fn same(name: &str, wanted: &str) -> bool {
-    name.replace('-', "_").eq_ignore_ascii_case(wanted)
+    words(name).eq_ignore_ascii_case(&words(wanted))
 }
 
 /// The largest number that is believed, pJ or square micrometres: sums stay finite.
@@ -307,7 +312,7 @@ const DRAM_MOST: f64 = 100.0;
 
 /// What is odd about a table that was read from a reference table: a price of a word of DRAM that
 /// is taken for that of a byte.
-pub fn doubt(table: &EnergyTable) -> Option<String> {
+pub fn doubt<C>(table: &EnergyTable<C>) -> Option<String> {
     let flat = table.dram.flat.as_ref()?;
     let dearest = [&flat.read, &flat.write].into_iter().max_by(|a, b| {
         let [a, b] = [a, b].map(|price| price.energy.0);
@@ -329,78 +334,61 @@ pub fn doubt(table: &EnergyTable) -> Option<String> {
 ///
 /// # Errors
 /// An [`AccelergyError`] says which component or action is missing or wrong.
-pub fn table(
+pub fn table<C: Catalogue>(
     name: &str,
     ert: &str,
     art: Option<&str>,
     clock: Hertz,
-) -> Result<EnergyTable, AccelergyError> {
-    let found = by_name("ERT", read(ert, "ERT", ErtTable::read)?, |t| &t.name)?;
-    missing("ERT", &found, &NEEDED)?;
-    let areas = match art {
-        Some(text) => {
-            let has = OPTIONAL.into_iter().filter(|component| found.contains_key(*component));
-            Some(areas(text, has)?)
-        }
-        None => None,
-    };
+) -> Result<EnergyTable<C>, AccelergyError> {
+    let known = components::<C>();
+    let found = by_name("ERT", read(ert, "ERT", ErtTable::read)?, &known, |t| &t.name)?;
+    missing("ERT", &found, &[DRAM])?;
+    let areas =
+        art.map(|text| areas(text, &known, found.keys().map(String::as_str))).transpose()?;
     let watts = |pj_per_cycle: f64| pj_per_cycle * 1e-12 * clock.0;
-    let [cull, project, obb_prepare, obb_test, sh_colour, ccu] = found["ccu"].energies([
-        "cull",
-        "project",
-        "obb_prepare",
-        "obb_test",
-        "sh_colour",
-        "leak",
-    ])?;
-    let [pivot_key, qsu] = found["qsu"].energies(["pivot_key", "leak"])?;
-    let [compare_exchange, bsu] = found["bsu"].energies(["compare_exchange", "leak"])?;
-    let [alpha, blend, pixel_finish, queue_entry, vru] =
-        found["vru"].energies(["alpha", "blend", "pixel_finish", "queue_entry", "leak"])?;
-    let [read, write, background, refresh] =
-        found["dram"].energies(["read", "write", "leak", "refresh"])?;
-    let actions = ActionPrices {
-        cull: action(cull),
-        project: action(project),
-        obb_prepare: action(obb_prepare),
-        obb_test: action(obb_test),
-        sh_colour: action(sh_colour),
-        pivot_key: action(pivot_key),
-        compare_exchange: action(compare_exchange),
-        sorted_row: None,
-        merged_row: None,
-        alpha: action(alpha),
-        stopped_pixel: None,
-        blend: action(blend),
-        pixel_finish: action(pixel_finish),
-        queue_entry: action(queue_entry),
-    };
+    let (mut actions, mut leakage) = (BTreeMap::new(), BTreeMap::new());
+    for (id, unit) in units::<C>() {
+        let Some(component) = found.get(unit.key) else { continue };
+        let own = C::hardware().actions().filter_map(|(_, does)| match does {
+            Does::Work(stage, work) if stage == id && work.unpriced == Unpriced::Never => {
+                Some(work.key)
+            }
+            _ => None,
+        });
+        let own: Vec<&str> = own.chain(["leak"]).collect();
+        for (key, pj) in own.iter().zip(component.energies(&own)?) {
+            match *key {
+                "leak" => _ = leakage.insert(unit.key.to_owned(), power(watts(pj))),
+                key => _ = actions.insert(key.to_owned(), action(pj)),
+            }
+        }
+    }
+    let dram = found[DRAM].energies(&["read", "write", "leak", "refresh"])?;
     let flat = FlatDram {
-        read: byte(read),
-        write: byte(write),
-        background: power(watts(background)),
-        refresh: power(watts(refresh)),
+        read: byte(dram[0]),
+        write: byte(dram[1]),
+        background: power(watts(dram[2])),
+        refresh: power(watts(dram[3])),
         channels: None,
     };
-    let [ccu, qsu, bsu, vru] = [ccu, qsu, bsu, vru].map(|leak| power(watts(leak)));
     Ok(EnergyTable {
         name: name.to_owned(),
         description: "read from an energy reference table of Accelergy".into(),
         node: None,
         scaling: None,
         flop: None,
-        actions,
+        actions: actions.into(),
         clock: None,
         numbers: None,
         sram: SramPrices {
             flat: None,
             table: None,
             cacti: None,
-            macros: Some(macros(&found, areas.as_ref(), clock)?),
+            macros: Some(macros::<C>(&found, areas.as_ref(), clock)?),
         },
         dram: DramPrices { flat: Some(flat), device: false },
-        leakage: UnitLeakage { ccu, qsu, bsu, vru },
-        area: areas.as_ref().map(unit_area),
+        leakage: leakage.into(),
+        area: areas.as_ref().map(unit_area::<C>),
         parts: None,
         phy: None,
         supply: None,
@@ -408,34 +396,35 @@ pub fn table(
 }
 
 /// The banks of the buffers.
-fn macros(
+fn macros<C: Catalogue>(
     found: &BTreeMap<String, ErtTable>,
     areas: Option<&BTreeMap<String, SquareMillimetres>>,
     clock: Hertz,
 ) -> Result<Vec<SramMacro>, AccelergyError> {
     let mut macros = Vec::new();
-    for buffer in Buffer::ALL {
-        let Some(component) = found.get(buffer.name()) else { continue };
-        let [read, write, leak] = component.energies(["read", "write", "leak"])?;
+    for (_, buffer) in C::hardware().buffers() {
+        let Some(component) = found.get(buffer.name) else { continue };
+        let energies = component.energies(&["read", "write", "leak"])?;
         macros.push(SramMacro {
-            buffer: buffer.name().replace('_', "-"),
-            read: Picojoules(read),
-            write: Picojoules(write),
-            leakage: Watts(leak * 1e-12 * clock.0),
-            area: areas.map(|a| a[buffer.name()]),
+            buffer: buffer.key(),
+            read: Picojoules(energies[0]),
+            write: Picojoules(energies[1]),
+            leakage: Watts(energies[2] * 1e-12 * clock.0),
+            area: areas.map(|a| a[buffer.name]),
             source: SOURCE.into(),
         });
     }
     Ok(macros)
 }
 
-fn areas(
+/// The areas of what is on the chip, of all components that have energies.
+fn areas<'a>(
     text: &str,
-    optional: impl Iterator<Item = &'static str>,
+    known: &[&str],
+    has: impl Iterator<Item = &'a str>,
 ) -> Result<BTreeMap<String, SquareMillimetres>, AccelergyError> {
-    let found = by_name("ART", read(text, "ART", ArtTable::read)?, |t| &t.name)?;
-    let on_chip = NEEDED.into_iter().filter(|n| *n != "dram").chain(optional);
-    missing("ART", &found, &on_chip.collect::<Vec<_>>())?;
+    let found = by_name("ART", read(text, "ART", ArtTable::read)?, known, |t| &t.name)?;
+    missing("ART", &found, &has.filter(|name| *name != DRAM).collect::<Vec<_>>())?;
     let area = |(name, table): (String, ArtTable)| {
         Ok((name, SquareMillimetres(number(&table.name, "area", table.area)? * 1e-6)))
     };
@@ -443,13 +432,13 @@ fn areas(
 }
 
 /// Areas of the units. Accelergy gives those of whole macros, and no area for the rest of the chip.
-fn unit_area(areas: &BTreeMap<String, SquareMillimetres>) -> UnitArea {
-    let of = |unit: &str| AreaPrice { area: areas[unit], source: SOURCE.into() };
+fn unit_area<C: Catalogue>(areas: &BTreeMap<String, SquareMillimetres>) -> UnitArea<C> {
+    let price = |area: &SquareMillimetres| AreaPrice { area: *area, source: SOURCE.into() };
+    let of = |(_, unit): (StageId, &StageFacts)| {
+        Some((unit.key.to_owned(), price(areas.get(unit.key)?)))
+    };
     UnitArea {
-        ccu: of("ccu"),
-        qsu: of("qsu"),
-        bsu: of("bsu"),
-        vru: of("vru"),
+        units: units::<C>().filter_map(of).collect(),
         sram_overhead: Overhead { factor: 1.0, source: SOURCE.into() },
         rest: RestArea { share: 0.0, source: SOURCE.into() },
     }

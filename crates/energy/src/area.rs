@@ -1,16 +1,15 @@
 //! Silicon area of one machine, by block: of the die, and of its core.
 
-use crate::action::{Buffer, UnitKind};
+use crate::hardware::Hardware;
 use powergs_base::quantity::SquareMillimetres;
 
 /// Area of a chip by block.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Area {
-    /// CCUs, QSUs, BSUs and rendering units, all of a kind together; colour units are a part of
-    /// the rendering units.
-    pub units: [SquareMillimetres; 4],
-    /// In the order of [`Buffer::ALL`], all shares and banks together.
-    pub buffers: [SquareMillimetres; Buffer::ALL.len()],
+    /// All units of a kind together, in the order of [`Hardware::units`].
+    pub units: Vec<SquareMillimetres>,
+    /// By [`BufferId`](crate::action::BufferId), all shares and banks together.
+    pub buffers: Vec<SquareMillimetres>,
     /// Everything else of the core: interconnect, control.
     pub rest: SquareMillimetres,
     /// The chip's side of the memory channels: drivers, receivers, delay lines.
@@ -19,34 +18,42 @@ pub struct Area {
     pub controllers: SquareMillimetres,
 }
 
+/// A block of a chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Block {
+    /// The name in every output.
+    pub name: &'static str,
+    /// Whether papers on these accelerators count it: they leave out what serves the memory.
+    pub is_core: bool,
+}
+
 impl Area {
-    /// Names of the units, in the order of [`Area::units`].
-    pub const UNITS: [&'static str; 4] =
-        [UnitKind::Ccu.name(), UnitKind::Qsu.name(), UnitKind::Bsu.name(), UnitKind::Vru.name()];
+    /// The blocks that chips are made of: units, buffers, `rest`, then what serves the memory.
+    pub fn blocks(hardware: &Hardware) -> Vec<Block> {
+        let units = hardware.units().map(|(_, unit)| unit.key);
+        let buffers = hardware.buffers().map(|(_, buffer)| buffer.name);
+        let core = units.chain(buffers).chain(["rest"]);
+        let core = core.map(|name| Block { name, is_core: true });
+        let memory = ["phy", "controllers"].map(|name| Block { name, is_core: false });
+        core.chain(memory).collect()
+    }
 
-    /// Number of [`Area::blocks`].
-    pub const BLOCKS: usize = Area::CORE + 2;
-    /// Those of them that papers on these accelerators count.
-    const CORE: usize = 4 + Buffer::ALL.len() + 1;
+    fn core_areas(&self) -> impl Iterator<Item = SquareMillimetres> {
+        self.units.iter().chain(&self.buffers).copied().chain([self.rest])
+    }
 
-    /// Every block with its name: units, buffers, `rest`, then what serves the memory.
-    pub fn blocks(&self) -> [(&'static str, SquareMillimetres); Area::BLOCKS] {
-        std::array::from_fn(|i| match i {
-            0..4 => (Area::UNITS[i], self.units[i]),
-            i if i < Area::CORE - 1 => (Buffer::ALL[i - 4].name(), self.buffers[i - 4]),
-            i if i < Area::CORE => ("rest", self.rest),
-            i if i == Area::CORE => ("phy", self.phy),
-            _ => ("controllers", self.controllers),
-        })
+    /// Areas in the order of [`Area::blocks`].
+    pub fn areas(&self) -> Vec<SquareMillimetres> {
+        self.core_areas().chain([self.phy, self.controllers]).collect()
     }
 
     /// Area of the die.
     pub fn total(&self) -> SquareMillimetres {
-        self.blocks().into_iter().map(|(_, area)| area).sum()
+        self.core_areas().chain([self.phy, self.controllers]).sum()
     }
 
     /// Without the PHY and the controllers of the memory: what papers on these accelerators print.
     pub fn core(&self) -> SquareMillimetres {
-        self.blocks().into_iter().take(Area::CORE).map(|(_, area)| area).sum()
+        self.core_areas().sum()
     }
 }

@@ -7,17 +7,17 @@ mod area;
 pub mod cacti;
 mod costs;
 pub mod flops;
+pub mod hardware;
 mod node;
 pub mod prices;
 pub mod supply;
 pub mod table;
 
-use crate::action::Stage;
+use crate::action::Phase;
 use powergs_base::quantity::Picojoules;
 
-pub use area::Area;
+pub use area::{Area, Block};
 pub use costs::same_costs;
-pub use flops::flops;
 pub use prices::{Activity, DramCosts, Prices, Standby};
 pub use supply::Supply;
 pub use table::{Built, EnergyTable};
@@ -64,15 +64,15 @@ impl Component {
 }
 
 /// Energy of one frame by stage and component. `Leakage`, `Background` and
-/// `Refresh` belong to [`Stage::Standby`], the others to the stages that work.
+/// `Refresh` belong to [`Phase::Standby`], the others to the stages that work.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyBreakdown {
-    parts: [[f64; Component::ALL.len()]; Stage::ALL.len()],
+    parts: [[f64; Component::ALL.len()]; Phase::ALL.len()],
 }
 
 impl EnergyBreakdown {
     /// Adds energy to one part.
-    pub fn add(&mut self, stage: Stage, component: Component, energy: Picojoules) {
+    pub fn add(&mut self, stage: Phase, component: Component, energy: Picojoules) {
         self.parts[stage as usize][component as usize] += energy.0;
     }
 
@@ -84,12 +84,12 @@ impl EnergyBreakdown {
     }
 
     /// Energy of one component in one stage.
-    pub fn part(&self, stage: Stage, component: Component) -> Picojoules {
+    pub fn part(&self, stage: Phase, component: Component) -> Picojoules {
         Picojoules(self.parts[stage as usize][component as usize])
     }
 
     /// Energy of a stage, all components.
-    pub fn stage(&self, stage: Stage) -> Picojoules {
+    pub fn stage(&self, stage: Phase) -> Picojoules {
         Picojoules(self.parts[stage as usize].iter().sum())
     }
 
@@ -100,11 +100,11 @@ impl EnergyBreakdown {
 
     /// Energy of all stages and components.
     pub fn total(&self) -> Picojoules {
-        Stage::ALL.iter().map(|&s| self.stage(s)).sum()
+        Phase::ALL.iter().map(|&s| self.stage(s)).sum()
     }
 
     /// Dynamic energy: all stages except standby.
     pub fn dynamic(&self) -> Picojoules {
-        Stage::WORK.iter().map(|&s| self.stage(s)).sum()
+        Phase::WORK.iter().map(|&s| self.stage(s)).sum()
     }
 }

@@ -4,21 +4,24 @@
 use super::area::Area;
 use super::supply::Supply;
 use super::{Component, EnergyBreakdown, flops};
-use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::action::{ActionCounts, ActionId, Phase};
+use crate::hardware::{Does, Hardware};
 use powergs_base::quantity::Picojoules;
 use powergs_dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_frame::scene::ShDegree;
 
 /// The prices of one machine.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Prices {
-    /// Picojoules per action, by [`Action::index`]; per byte for SRAM and DRAM. Bytes of DRAM are
-    /// free where commands are priced.
-    pub per_action: [f64; Action::COUNT],
-    /// Leakage of CCUs, QSUs, BSUs and rendering units, watts, all of a kind together.
-    pub unit_leakage_w: [f64; 4],
-    /// Leakage of the buffers, watts, in the order of [`Buffer::ALL`]: never gated.
-    pub sram_leakage_w: [f64; Buffer::ALL.len()],
+    /// What the numbers of actions, units and buffers mean.
+    pub hardware: &'static Hardware,
+    /// Picojoules per action, by [`ActionId`]; per byte for SRAM and DRAM. Bytes of DRAM are free
+    /// where commands are priced.
+    pub per_action: Vec<f64>,
+    /// Leakage of the units, watts, all of a kind together, in the order of [`Hardware::units`].
+    pub unit_leakage_w: Vec<f64>,
+    /// Leakage of the buffers, watts, by [`BufferId`](crate::action::BufferId): never gated.
+    pub sram_leakage_w: Vec<f64>,
     /// Share of its leakage that a unit without work keeps: 1 without power gating.
     pub idle_leakage: f64,
     /// The memory.
@@ -75,8 +78,9 @@ pub struct Activity<'a> {
     pub actions: &'a ActionCounts,
     /// Length of the frame, seconds.
     pub seconds: f64,
-    /// Share of the frame for which CCUs, QSUs, BSUs and rendering units had no work, 0 to 1.
-    pub idle: [f64; 4],
+    /// Share of the frame for which the units of each kind had no work, 0 to 1, in the order of
+    /// [`Hardware::units`].
+    pub idle: &'a [f64],
     /// Commands of the DRAM, where the model counts them.
     pub dram: Option<DramCommands>,
 }
@@ -107,42 +111,22 @@ impl Standby {
     }
 }
 
-/// The component that spends the energy of an action.
-pub const fn component_of(action: Action) -> Component {
-    match action {
-        Action::DramRead | Action::DramWrite => Component::Dram,
-        Action::SramRead(_) | Action::SramWrite(_) => Component::Sram,
-        Action::Cull
-        | Action::Project
-        | Action::ObbPrepare
-        | Action::ObbTest
-        | Action::ShColour
-        | Action::PivotKey
-        | Action::CompareExchange
-        | Action::SortedRow
-        | Action::MergedRow
-        | Action::Alpha
-        | Action::StoppedPixel
-        | Action::Blend
-        | Action::PixelFinish
-        | Action::QueueEntry
-        | Action::Clock(_)
-        | Action::IdleClock(_) => Component::Flop,
-    }
-}
-
 impl Prices {
     /// The prices for frames of a scene of this SH degree: a colour costs in proportion to its
     /// floating-point operations. Those of an energy table are for degree 3.
     #[must_use]
     pub fn of_degree(&self, degree: ShDegree) -> Prices {
-        let mut prices = *self;
-        prices.per_action[Action::ShColour.index()] *= flops::colour_share(degree);
+        let mut prices = self.clone();
+        for (action, does) in self.hardware.actions() {
+            if matches!(does, Does::Work(_, work) if work.is_colour) {
+                prices.per_action[action.index()] *= flops::colour_share(degree);
+            }
+        }
         prices
     }
 
     /// The price of one action.
-    pub fn of(&self, action: Action) -> Picojoules {
+    pub fn of(&self, action: ActionId) -> Picojoules {
         Picojoules(self.per_action[action.index()])
     }
 
@@ -190,10 +174,10 @@ impl Prices {
     /// Energy of a frame, with static energy over the time of the frame.
     pub fn breakdown(&self, activity: &Activity<'_>) -> EnergyBreakdown {
         let mut energy = EnergyBreakdown::default();
-        for (i, stage) in Stage::WORK.into_iter().enumerate() {
-            for action in Action::all() {
+        for (i, stage) in Phase::WORK.into_iter().enumerate() {
+            for (action, does) in self.hardware.actions() {
                 let count = activity.actions.count(stage, action) as f64;
-                energy.add(stage, component_of(action), self.of(action) * count);
+                energy.add(stage, does.component(), self.of(action) * count);
             }
             if let Some(dram) = &activity.dram {
                 energy.add(stage, Component::Dram, self.commands(&dram.stages[i]));
@@ -201,7 +185,7 @@ impl Prices {
         }
         let standby = self.standby(activity).running_w;
         for (component, watts) in Standby::COMPONENTS.into_iter().zip(standby) {
-            energy.add(Stage::Standby, component, Picojoules(watts * activity.seconds * 1e12));
+            energy.add(Phase::Standby, component, Picojoules(watts * activity.seconds * 1e12));
         }
         energy
     }

@@ -6,9 +6,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Buffer, Inventory, UnitKind};
+use crate::action::{BufferId, Inventory, Memory, StageId};
 use crate::area::Area;
 use crate::cacti::Bank;
+use crate::hardware::{BufferFacts, Catalogue, Does, Unpriced, WorkFacts};
 use crate::prices::{DramCosts, Prices};
 use crate::supply::Supply;
 use powergs_base::config::embedded::ENERGY;
@@ -18,26 +19,29 @@ use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
 
 mod check;
 mod keys;
+mod named;
 mod parts;
 mod scale;
 mod sram;
 
 pub use keys::{
-    ActionPrice, ActionPrices, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor,
-    FlatDram, FormatFactors, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices,
-    UnitArea, UnitClock, UnitLeakage, UnitNumbers,
+    ActionPrice, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor, FlatDram,
+    FormatFactors, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitNumbers,
 };
-pub use parts::{BsuParts, CacheParts, CcuParts, PartShare, Parts, QsuParts, VruParts};
+pub use named::{Named, Names, Parts, UnitArea, Units, Works};
+pub use parts::PartShare;
 pub use sram::{SramCacti, SramMacro, SramPrices, SramSize, SramTable};
 
-use parts::{Grown, unit_of};
+use parts::Grown;
 use scale::Factors;
 pub use scale::NodeStep;
 
-/// An energy table, checked: every price has a source, and none is zero by accident.
+/// An energy table, checked: every price has a source, and none is zero by accident. `C` declares
+/// what there is to be priced.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct EnergyTable {
+#[serde(deny_unknown_fields, rename_all = "kebab-case", bound = "C: Catalogue")]
+#[schemars(rename = "EnergyTable", bound = "C: Catalogue")]
+pub struct EnergyTable<C> {
     /// Name in reports.
     pub name: String,
     /// What it is, in one line.
@@ -48,10 +52,12 @@ pub struct EnergyTable {
     pub scaling: Option<Scaling>,
     /// Price of one floating-point operation, for actions that are given in `flops`.
     pub flop: Option<ActionPrice>,
-    /// Prices of the arithmetic actions.
-    pub actions: ActionPrices,
-    /// What units take in every cycle; nothing without.
-    pub clock: Option<UnitClock>,
+    /// The `[actions]` table: one price for each arithmetic action.
+    pub actions: Named<Works<C>, ActionPrice>,
+    /// The `[clock]` table: what one unit takes in every cycle, whether or not it has something to
+    /// do; nothing without. A unit without work takes nothing where `gating.units` switches it off.
+    /// Nothing runs between frames (A111).
+    pub clock: Option<Named<Units<C>, CyclePrice>>,
     /// What the number format of rendering units does to their prices.
     pub numbers: Option<UnitNumbers>,
     /// Prices of buffer accesses, leakage and area of the buffers.
@@ -59,12 +65,12 @@ pub struct EnergyTable {
     /// Prices of DRAM accesses, its background and refresh power.
     pub dram: DramPrices,
     /// Leakage of the units, each multiplied by how many the machine has.
-    pub leakage: UnitLeakage,
+    pub leakage: Named<Units<C>, PowerPrice>,
     /// Area of the units; without it reports have no area.
-    pub area: Option<UnitArea>,
+    pub area: Option<UnitArea<C>>,
     /// What the units consist of. Needed where the table has area or leakage; tables from Accelergy
     /// are of units as they are built.
-    pub parts: Option<Parts>,
+    pub parts: Option<Parts<C>>,
     /// The chip's side of a memory channel. Needed where the table has area.
     pub phy: Option<PhyPrices>,
     /// Clock and voltage of the prices. Without it they are taken as given at any clock.
@@ -72,15 +78,8 @@ pub struct EnergyTable {
 }
 
 /// The keys of a machine that make the banks of a buffer.
-fn keys(buffer: &str) -> String {
-    let (table, size) = match buffer {
-        "codebook" => ("codebook", "entries"),
-        "cache" => ("cache", "capacity"),
-        "pointers" => ("binning.pointers", "capacity"),
-        "combining" => ("binning.combining", "capacity"),
-        _ => return format!("`capacity`, `banks` or `word` of `buffers.{buffer}`"),
-    };
-    format!("`{size}`, `banks` or `word` of `{table}`")
+fn keys(buffer: &BufferFacts) -> String {
+    format!("`{}`, `banks` or `word` of `{}`", buffer.size, buffer.table)
 }
 
 /// A machine that the table has no price for.
@@ -88,14 +87,14 @@ fn keys(buffer: &str) -> String {
 pub enum PriceError {
     /// A bank outside of the SRAM table.
     #[error(
-        "the banks of buffer `{buffer}` have {bank}, and the SRAM table of `{table}` goes from \
+        "the banks of buffer `{}` have {bank}, and the SRAM table of `{table}` goes from \
          {least} to {most}: change {}, or set `sram.table.allow-extrapolation = true` in a copy of \
          the energy table",
-        keys(buffer)
+        buffer.key(), keys(buffer)
     )]
     OutsideTable {
-        /// Key of the buffer.
-        buffer: String,
+        /// The buffer.
+        buffer: BufferFacts,
         /// Size of one bank.
         bank: Bytes,
         /// Name of the energy table.
@@ -107,14 +106,14 @@ pub enum PriceError {
     },
     /// A bank that the rows of CACTI do not reach.
     #[error(
-        "the banks of buffer `{buffer}` have {bank} in words of {word}, and the rows of \
+        "the banks of buffer `{}` have {bank} in words of {word}, and the rows of \
          `sram.cacti` in `{table}` have {reach}: change {}, or set \
          `sram.cacti.allow-extrapolation = true` in a copy of the table",
-        keys(buffer)
+        buffer.key(), keys(buffer)
     )]
     OutsideCacti {
-        /// Key of the buffer.
-        buffer: String,
+        /// The buffer.
+        buffer: BufferFacts,
         /// Size of one bank.
         bank: Bytes,
         /// Bytes of one access.
@@ -171,6 +170,19 @@ pub enum PriceError {
         /// Those that the table has.
         known: String,
     },
+    /// A stage of the machine whose work, cycles, leakage or area have no price.
+    #[error(
+        "the energy table `{table}` has no price of `{key}`, which the {stage} of the machine need: \
+         add it, or name another table in `energy`"
+    )]
+    NoPrice {
+        /// Name of the energy table.
+        table: String,
+        /// The key that is missing.
+        key: String,
+        /// What the stage is called.
+        stage: &'static str,
+    },
     /// Prices of DRAM commands for a machine whose DRAM model counts none.
     #[error(
         "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
@@ -192,6 +204,7 @@ impl PriceError {
             PriceError::OutsideTable { .. }
             | PriceError::OutsideCacti { .. }
             | PriceError::NoMacro { .. }
+            | PriceError::NoPrice { .. }
             | PriceError::NoCommands { .. } => "energy",
         }
     }
@@ -216,15 +229,15 @@ pub struct Built<'a> {
     pub clock: Hertz,
 }
 
-impl EnergyTable {
+impl<C: Catalogue> EnergyTable<C> {
     /// Reads and checks an energy table.
     ///
     /// # Errors
     /// Everything that is wrong with it, each with its line: also prices that are zero without
     /// `free = true`, unknown sources, and technology nodes without scaling factors.
-    pub fn parse(text: &str) -> Result<EnergyTable, ConfigError> {
+    pub fn parse(text: &str) -> Result<EnergyTable<C>, ConfigError> {
         let text = &layer::on_embedded(text, ENERGY)?;
-        let config = config::parse::<EnergyTable>(text, &[])?;
+        let config = config::parse::<EnergyTable<C>>(text, &[])?;
         let problems = check::problems(&config.value);
         let problems = problems.into_iter().map(|(k, m)| config.problem(&k, m)).collect();
         config.checked(problems)
@@ -236,23 +249,24 @@ impl EnergyTable {
     /// A bank outside of the SRAM prices, unless the table allows extrapolation; prices of DRAM
     /// commands for a machine that counts none.
     pub fn prices(&self, built: &Built<'_>) -> Result<Prices, PriceError> {
+        let hardware = C::hardware();
         let supply = self.supply_at(built.clock)?;
         let factors = self.factors().at(supply.as_ref());
-        let grown = self.grown(built.inventory);
+        let grown = self.grown(built.inventory)?;
         let banks = self.banks(built.inventory, &factors, &grown)?;
         let numbers = self.numbers_of(built.numbers)?;
-        let leakage = &self.leakage;
-        let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
-        let colours = self.colours_as_ccus(built.inventory) * leakage.ccu.power.0;
-        let unit_leakage_w = std::array::from_fn(|i| {
-            let units = f64::from(built.inventory.units[i]) * grown.units[i];
-            let is_vru = i == UnitKind::Vru as usize;
-            let (colours, narrow) = if is_vru { (colours, numbers.leakage) } else { (0.0, 1.0) };
-            (per_unit[i].power.0 * units * narrow + colours) * factors.leakage
-        });
+        let narrow = |stage: StageId, factor: f64| {
+            if hardware.stage(stage).has_numbers { factor } else { 1.0 }
+        };
+        let leakage = |stage: StageId| Ok(self.priced("leakage", &self.leakage, stage)?.power.0);
+        let unit_leakage_w = self.of_units(built.inventory, &grown, leakage)?;
+        let units = hardware.units().zip(unit_leakage_w);
+        let unit_leakage_w = units
+            .map(|((id, _), watts)| watts * narrow(id, numbers.leakage) * factors.leakage)
+            .collect();
         let memories = &built.inventory.memories;
-        let sram_leakage_w =
-            std::array::from_fn(|i| banks[i].leakage_w * f64::from(memories[i].banks));
+        let leaks = |(bank, memory): (&Bank, &Memory)| bank.leakage_w * f64::from(memory.banks);
+        let sram_leakage_w = banks.iter().zip(memories).map(leaks).collect();
         let dram = match (&self.dram.flat, built.device) {
             (_, Some(device)) if self.dram.device => device,
             (Some(flat), _) => DramCosts::Bytes {
@@ -263,27 +277,30 @@ impl EnergyTable {
             },
             (None, _) => return Err(PriceError::NoCommands { table: self.name.clone() }),
         };
-        let word = |b: Buffer| memories[b as usize].word.0.max(1) as f64;
-        let per_action = Action::all().map(|action| match action {
-            Action::SramRead(b) => banks[b as usize].read_pj / word(b),
-            Action::SramWrite(b) => banks[b as usize].write_pj / word(b),
-            Action::DramRead => dram.per_byte()[0],
-            Action::DramWrite => dram.per_byte()[1],
-            Action::IdleClock(_) if built.gated => 0.0,
-            Action::Clock(unit) | Action::IdleClock(unit) => {
-                let narrow = if unit == UnitKind::Vru { numbers.clock.unwrap_or(1.0) } else { 1.0 };
-                self.cycle_pj(unit) * grown.units[unit as usize] * narrow * factors.energy
-            }
-            other => {
-                let grown = unit_of(other).map_or(1.0, |unit| grown.energy[unit as usize]);
-                let narrow =
-                    if unit_of(other) == Some(UnitKind::Vru) { numbers.energy } else { 1.0 };
-                let pj = self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p));
-                pj * grown * narrow * factors.energy
-            }
-        });
+        let word = |b: BufferId| memories[b.index()].word.0.max(1) as f64;
+        let has = |stage: StageId| built.inventory.units[stage.index()] > 0;
+        let one = |does| {
+            Ok(match does {
+                Does::SramRead(b) => banks[b.index()].read_pj / word(b),
+                Does::SramWrite(b) => banks[b.index()].write_pj / word(b),
+                Does::DramRead => dram.per_byte()[0],
+                Does::DramWrite => dram.per_byte()[1],
+                Does::IdleClock(_) if built.gated => 0.0,
+                Does::Clock(stage) | Does::IdleClock(stage) if has(stage) => {
+                    let narrow = narrow(stage, numbers.clock.unwrap_or(1.0));
+                    self.cycle_pj(stage)? * grown.size[stage.index()] * narrow * factors.energy
+                }
+                Does::Work(stage, work) if has(stage) => {
+                    let pj = self.work(stage, work)?.map_or(0.0, |p| self.energy_pj(p));
+                    let narrow = narrow(stage, numbers.energy);
+                    pj * grown.energy[stage.index()] * narrow * factors.energy
+                }
+                Does::Clock(_) | Does::IdleClock(_) | Does::Work(..) => 0.0,
+            })
+        };
+        let per_action = hardware.actions().map(|(_, does)| one(does)).collect::<Result<_, _>>()?;
         let idle_leakage = built.idle_leakage;
-        let area = self.area_of(built.inventory, &banks, &factors, &grown, numbers.area);
+        let area = self.area_of(built.inventory, &banks, &factors, &grown, numbers.area)?;
         let of_channels = |per_channel: f64| SquareMillimetres(per_channel * built.channels);
         let area = area.map(|area| match &self.phy {
             Some(phy) => Area {
@@ -296,6 +313,7 @@ impl EnergyTable {
         let phy_standby_w =
             self.phy.as_ref().map_or(0.0, |phy| phy.standby.power.0 * built.channels);
         Ok(Prices {
+            hardware,
             per_action,
             unit_leakage_w,
             sram_leakage_w,
@@ -304,6 +322,39 @@ impl EnergyTable {
             area,
             phy_standby_w,
             supply,
+        })
+    }
+
+    /// What of the kind `of_one` all units of each kind have together, in the order of
+    /// [`Hardware::units`](crate::hardware::Hardware::units); those without a price of their own
+    /// as much as the units that they are counted in.
+    fn of_units(
+        &self,
+        built: &Inventory,
+        grown: &Grown,
+        of_one: impl Fn(StageId) -> Result<f64, PriceError>,
+    ) -> Result<Vec<f64>, PriceError> {
+        let all = |(id, _)| match (built.units[StageId::index(id)], self.counted_as(id, built)) {
+            (0, _) => Ok(0.0),
+            (_, Some((_, 0.0))) => self.has_factor(id).map(|()| 0.0),
+            (_, Some((other, as_many))) => Ok(of_one(other)? * as_many),
+            (n, None) => Ok(of_one(id)? * f64::from(n) * grown.size[id.index()]),
+        };
+        C::hardware().units().map(all).collect()
+    }
+
+    /// The price of a unit of a stage in the table `key`.
+    fn priced<'a, V>(
+        &self,
+        key: &str,
+        prices: &'a Named<Units<C>, V>,
+        stage: StageId,
+    ) -> Result<&'a V, PriceError> {
+        let facts = C::hardware().stage(stage);
+        prices.get(facts.key).ok_or_else(|| PriceError::NoPrice {
+            table: self.name.clone(),
+            key: format!("{key}.{}", facts.key),
+            stage: facts.words,
         })
     }
 
@@ -335,26 +386,28 @@ impl EnergyTable {
         factors: &Factors,
         grown: &Grown,
         narrow: f64,
-    ) -> Option<Area> {
-        let area = self.area.as_ref()?;
-        let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];
-        let colours = self.colours_as_ccus(built) * area.ccu.area.0;
-        let units: [f64; 4] = std::array::from_fn(|i| {
-            let units = per_unit[i].area.0 * f64::from(built.units[i]) * grown.units[i];
-            let is_vru = i == UnitKind::Vru as usize;
-            let (colours, narrow) = if is_vru { (colours, narrow) } else { (0.0, 1.0) };
-            (units * narrow + colours) * factors.area
-        });
-        let buffers: [f64; Buffer::ALL.len()] = std::array::from_fn(|i| {
-            banks[i].area_mm2 * f64::from(built.memories[i].banks) * area.sram_overhead.factor
-        });
+    ) -> Result<Option<Area>, PriceError> {
+        let Some(area) = &self.area else { return Ok(None) };
+        let of_one = |stage: StageId| Ok(self.priced("area", &area.units, stage)?.area.0);
+        let units = self.of_units(built, grown, of_one)?;
+        let narrow = |has_numbers: bool| if has_numbers { narrow } else { 1.0 };
+        let units: Vec<f64> = C::hardware()
+            .units()
+            .zip(units)
+            .map(|((_, unit), mm2)| mm2 * narrow(unit.has_numbers) * factors.area)
+            .collect();
+        let buffer = |(bank, memory): (&Bank, &Memory)| {
+            bank.area_mm2 * f64::from(memory.banks) * area.sram_overhead.factor
+        };
+        let buffers: Vec<f64> = banks.iter().zip(&built.memories).map(buffer).collect();
         let parts = units.iter().sum::<f64>() + buffers.iter().sum::<f64>();
-        Some(Area {
-            units: units.map(SquareMillimetres),
-            buffers: buffers.map(SquareMillimetres),
+        let mm2 = |areas: Vec<f64>| areas.into_iter().map(SquareMillimetres).collect();
+        Ok(Some(Area {
+            units: mm2(units),
+            buffers: mm2(buffers),
             rest: SquareMillimetres(parts * area.rest.share),
             ..Area::default()
-        })
+        }))
     }
 
     /// The prices of one bank of each buffer at the table's node; zero for a buffer without banks.
@@ -366,21 +419,16 @@ impl EnergyTable {
     ) -> Result<Vec<Bank>, PriceError> {
         const NONE: Bank = Bank { read_pj: 0.0, write_pj: 0.0, leakage_w: 0.0, area_mm2: 0.0 };
         let source = self.sram.source();
-        let one = |(buffer, memory): (Buffer, &crate::action::Memory)| {
+        let hardware = C::hardware();
+        let one = |((id, buffer), memory): ((BufferId, &BufferFacts), &Memory)| {
             if memory.banks == 0 {
                 return Ok(NONE);
             }
-            let bank = source.bank(buffer, memory, self)?;
-            let (size, energy) = match buffer {
-                Buffer::Cache => (grown.cache, grown.cache_energy),
-                Buffer::GaussianIn
-                | Buffer::TileList
-                | Buffer::Sorting
-                | Buffer::Feature
-                | Buffer::PixelOut
-                | Buffer::Pointers
-                | Buffer::Combining
-                | Buffer::Codebook => (1.0, 1.0),
+            let bank = source.bank(buffer, memory, &self.name)?;
+            let stage = hardware.stage_of(id).index();
+            let (size, energy) = match buffer.grows {
+                true => (grown.size[stage], grown.energy[stage]),
+                false => (1.0, 1.0),
             };
             Ok(Bank {
                 read_pj: bank.read_pj * energy * factors.sram_energy,
@@ -389,7 +437,7 @@ impl EnergyTable {
                 area_mm2: bank.area_mm2 * size * factors.sram_area,
             })
         };
-        Buffer::ALL.into_iter().zip(&built.memories).map(one).collect()
+        hardware.buffers().zip(&built.memories).map(one).collect()
     }
 
     /// Picojoules per FLOP, per byte of SRAM and per byte of DRAM read, for tables with one flat
@@ -400,30 +448,21 @@ impl EnergyTable {
         Some([flop.0, sram.energy.0, dram.read.energy.0])
     }
 
-    fn arithmetic(&self, action: Action) -> Option<&ActionPrice> {
-        let a = &self.actions;
-        Some(match action {
-            Action::Cull => &a.cull,
-            Action::Project => &a.project,
-            Action::ObbPrepare => &a.obb_prepare,
-            Action::ObbTest => &a.obb_test,
-            Action::ShColour => &a.sh_colour,
-            Action::PivotKey => &a.pivot_key,
-            Action::CompareExchange => &a.compare_exchange,
-            Action::SortedRow => a.sorted_row.as_ref()?,
-            Action::MergedRow => a.merged_row.as_ref()?,
-            Action::Alpha => &a.alpha,
-            Action::StoppedPixel => a.stopped_pixel.as_ref().unwrap_or(&a.alpha),
-            Action::Blend => &a.blend,
-            Action::PixelFinish => &a.pixel_finish,
-            Action::QueueEntry => &a.queue_entry,
-            Action::Clock(_)
-            | Action::IdleClock(_)
-            | Action::SramRead(_)
-            | Action::SramWrite(_)
-            | Action::DramRead
-            | Action::DramWrite => return None,
-        })
+    /// The price of an action; `None` where it is free as a part of another one.
+    fn work(&self, stage: StageId, work: WorkFacts) -> Result<Option<&ActionPrice>, PriceError> {
+        let missing = |key: &str| PriceError::NoPrice {
+            table: self.name.clone(),
+            key: format!("actions.{key}"),
+            stage: C::hardware().stage(stage).words,
+        };
+        match (self.actions.get(work.key), work.unpriced) {
+            (Some(own), _) => Ok(Some(own)),
+            (None, Unpriced::Never) => Err(missing(work.key)),
+            (None, Unpriced::As(other)) => {
+                self.actions.get(other).map(Some).ok_or_else(|| missing(other))
+            }
+            (None, Unpriced::MadeOf(_)) => Ok(None),
+        }
     }
 
     /// The factors of a number format on the prices of a rendering unit.
@@ -453,9 +492,14 @@ impl EnergyTable {
         }
     }
 
-    /// What one unit takes in a cycle.
-    fn cycle_pj(&self, unit: UnitKind) -> f64 {
-        self.clock.as_ref().map_or(0.0, |clock| clock.of(unit).energy.0)
+    /// What one unit takes in a cycle; nothing where it is counted in others.
+    fn cycle_pj(&self, stage: StageId) -> Result<f64, PriceError> {
+        match &self.clock {
+            Some(clock) if C::hardware().stage(stage).counted_in.is_none() => {
+                Ok(self.priced("clock", clock, stage)?.energy.0)
+            }
+            _ => Ok(0.0),
+        }
     }
 
     fn energy_pj(&self, price: &ActionPrice) -> f64 {
@@ -464,18 +508,6 @@ impl EnergyTable {
             (Some(energy), _) => energy.0,
             (None, Some(flops)) => flop * f64::from(flops),
             (None, None) => 0.0,
-        }
-    }
-}
-
-impl UnitClock {
-    /// The price of a unit's cycle.
-    pub const fn of(&self, unit: UnitKind) -> &CyclePrice {
-        match unit {
-            UnitKind::Ccu => &self.ccu,
-            UnitKind::Qsu => &self.qsu,
-            UnitKind::Bsu => &self.bsu,
-            UnitKind::Vru => &self.vru,
         }
     }
 }

@@ -17,7 +17,7 @@ use super::setup::Setup;
 use powergs_base::picture::Picture;
 use powergs_core::sim::SimError;
 use powergs_energy::Component;
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_frame::fovea::{
     EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, REGIONS, Screen, ScreenGaze,
@@ -272,7 +272,7 @@ impl Viewer<'_> {
             std::array::from_fn(|k| shown.iter().map(|s| of(s)[k]).sum::<f64>() / n)
         };
         let filter_w = if is_filtered { self.filter_w() } else { 0.0 };
-        watts.parts.0[Stage::Rendering as usize][Component::Flop as usize] += filter_w;
+        watts.parts.0[Phase::Rendering as usize][Component::Flop as usize] += filter_w;
         watts.render_w += filter_w;
         Ok(MeasuredFoveated {
             levels,

@@ -19,14 +19,14 @@ use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::Component;
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_frame::display::Display;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};
 
-/// Watts by stage and component, in the orders of [`Stage::ALL`] and [`Component::ALL`].
+/// Watts by stage and component, in the orders of [`Phase::ALL`] and [`Component::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct OracleParts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
+pub struct OracleParts(pub [[f64; Component::ALL.len()]; Phase::ALL.len()]);
 
 impl OracleParts {
     /// Everything, watts.
@@ -35,7 +35,7 @@ impl OracleParts {
     }
 
     /// One stage, watts.
-    pub fn stage_w(&self, stage: Stage) -> f64 {
+    pub fn stage_w(&self, stage: Phase) -> f64 {
         self.0[stage as usize].iter().sum()
     }
 
@@ -225,7 +225,7 @@ impl PowerOracle for PaperOracle {
         };
         let energy = breakdown(&counts, &self.prices);
         let watts = self.fps * 1e-12;
-        Ok(OracleParts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
+        Ok(OracleParts(Phase::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
     }
 }
 
@@ -319,7 +319,7 @@ impl CycleOracle {
 /// its power would fall when it gets slower, and a search must not gain by that.
 fn at_rate(report: &FrameReport, fps: f64) -> OracleParts {
     let mut parts = OracleParts::default();
-    for stage in Stage::WORK {
+    for stage in Phase::WORK {
         for component in Component::ALL {
             parts.0[stage as usize][component as usize] =
                 report.energy.part(stage, component).0 * fps * 1e-12;
@@ -328,7 +328,7 @@ fn at_rate(report: &FrameReport, fps: f64) -> OracleParts {
     let frames_per_shown = fps / report.displayed_fps(fps);
     let paid_for_time = [Component::Leakage, Component::Background, Component::Refresh];
     for (component, watts) in paid_for_time.into_iter().zip(report.standby_w(fps)) {
-        parts.0[Stage::Standby as usize][component as usize] = watts * frames_per_shown;
+        parts.0[Phase::Standby as usize][component as usize] = watts * frames_per_shown;
     }
     parts
 }

@@ -1,29 +1,16 @@
 //! The bottleneck in words.
 
-use powergs_core::accel::Stall;
-use powergs_energy::action::UnitKind;
+use powergs_core::stage::{Stall, stage};
+use powergs_energy::action::StageId;
 use powergs_study::findings::bottleneck::{Bottleneck, Limit, Root, Wait};
 
-fn words(wait: &Wait) -> &'static str {
-    match (wait.cause, wait.unit) {
-        (Stall::Input, UnitKind::Vru) if 2.0 * wait.colours > wait.share => "colours of chunks",
-        (cause, unit) => cause_words(cause, unit),
-    }
+fn cause_words(cause: Stall, unit: StageId) -> &'static str {
+    if cause == Stall::INPUT { stage(unit).input } else { cause.words().what }
 }
 
-fn cause_words(cause: Stall, unit: UnitKind) -> &'static str {
-    match (cause, unit) {
-        (Stall::Records, _) => "records of Gaussians",
-        (Stall::List, _) => "tile lists",
-        (Stall::Spill, _) => "spilled keys",
-        (Stall::Features, _) => "feature loads",
-        (Stall::Input, UnitKind::Vru) => "sorted chunks from the GSU",
-        (Stall::Input, UnitKind::Bsu) => "parts from the QSU",
-        (Stall::Input, UnitKind::Qsu) => "tile lists from the CCU",
-        (Stall::Input, UnitKind::Ccu) => "its input",
-        (Stall::Output, _) => "room in the output buffer",
-        (Stall::Bank, _) => "busy banks",
-    }
+/// The name of a unit in sentences.
+fn unit_name(unit: StageId) -> String {
+    stage(unit).key.to_uppercase()
 }
 
 /// Shares in whole percent that add up to `total`, by the largest remainders; the first of equal
@@ -57,7 +44,7 @@ fn traced(roots: &[Root], percent: u32) -> Option<String> {
         let words = match root.cause {
             _ if root.share < SMALL * all => "others".to_owned(),
             Some(cause) => cause_words(cause, root.unit).to_owned(),
-            None => format!("{} at work", root.unit.name().to_uppercase()),
+            None => format!("{} at work", unit_name(root.unit)),
         };
         match parts.iter_mut().find(|(known, _)| *known == words) {
             Some((_, share)) => *share += root.share,
@@ -83,17 +70,15 @@ pub fn sentence(found: &Bottleneck) -> String {
     let cause = |(w, share): (&Wait, &u32)| {
         let row = |m: f64| format!(" (row-miss {} %)", crate::format::percent(m));
         let why = w.row_miss.map(row).or_else(|| traced(&w.roots, *share));
-        format!("{} {share} %{}", words(w), why.unwrap_or_default())
+        format!("{} {share} %{}", cause_words(w.cause, w.unit), why.unwrap_or_default())
     };
     let waits = || found.waits.iter().zip(waits).filter(|(_, share)| **share > 0);
-    let is_limit = |w: &Wait| found.limit == Limit::Colour && w.colours > 0.0;
     let of = |dram: bool| -> Vec<String> {
         waits().filter(|(w, _)| w.is_for_dram() == dram).map(cause).collect()
     };
     let bounds = found.bounds.iter().zip(bounds).filter(|(_, share)| **share > 0);
     let units = |what: &str| -> Vec<String> {
-        let unit = |b: UnitKind| b.name().to_uppercase();
-        bounds.clone().map(|(b, share)| format!("{}{what} {share} %", unit(b.unit))).collect()
+        bounds.clone().map(|(b, share)| format!("{}{what} {share} %", unit_name(b.unit))).collect()
     };
     let mut parts = Vec::new();
     let waiting = |causes: Vec<String>| format!("waiting for {}", causes.join(", "));
@@ -123,22 +108,19 @@ pub fn sentence(found: &Bottleneck) -> String {
         }
     } else {
         let first = found.bounds.first().map(|b| Limit::Unit(b.unit));
-        let leads = first == Some(found.limit) || found.limit == Limit::Colour;
+        let leads = first == Some(found.limit);
         let mut heads = units(if leads { "-bound for" } else { " at work" });
         if let Limit::Unit(unit) = found.limit
             && !leads
         {
             let share = crate::format::percent(found.holds_up(unit));
-            let unit = unit.name().to_uppercase();
+            let unit = unit_name(unit);
             parts.push(format!("{unit}-bound for {share} % of the frame, others wait for it"));
-        } else if let Some(first) = heads.first_mut().filter(|_| found.limit != Limit::Colour) {
+        } else if let Some(first) = heads.first_mut() {
             first.push_str(" of the frame");
         }
-        if let Some((_, share)) = waits().find(|(w, _)| is_limit(w)) {
-            parts.push(format!("Bound by colour units for {share} % of the frame"));
-        }
         parts.push(heads.join(", "));
-        let causes: Vec<String> = waits().filter(|(w, _)| !is_limit(w)).map(cause).collect();
+        let causes: Vec<String> = waits().map(cause).collect();
         if !causes.is_empty() {
             parts.push(waiting(causes));
         }

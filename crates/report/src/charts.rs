@@ -13,7 +13,7 @@ pub use timeline::chart as timeline;
 
 pub(super) use buffers::rows as buffer_rows;
 pub(super) use cycles::{
-    COLOURS as CYCLES_COLOURS, axis as cycles_axis, bar as cycles_bar, entries as cycles_entries,
+    axis as cycles_axis, bar as cycles_bar, colours as cycles_colours, entries as cycles_entries,
     unit,
 };
 pub(super) use energy::{colour as component_colour, entries as component_entries};

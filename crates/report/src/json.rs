@@ -7,7 +7,8 @@ use powergs_base::TOOL_VERSION;
 use powergs_core::accel::Stall;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{self, Aggregate, Kind, Statistic, Value, catalogue};
-use powergs_energy::action::Stage;
+use powergs_core::stage::stage;
+use powergs_energy::action::Phase;
 use powergs_study::findings::{Bottleneck, Record, bottleneck, limits};
 use powergs_study::run_record::{Run, SCHEMA_VERSION, hash_text};
 
@@ -75,7 +76,7 @@ pub(super) fn bottleneck_json(found: Option<&Bottleneck>) -> Json {
         "limit": found.limit.name(),
         "sentence": super::bottleneck::sentence(found),
         "bounds": found.bounds.iter().map(|b| json!({
-            "unit": b.unit.name(),
+            "unit": stage(b.unit).key,
             "frame_frac": b.share,
         })).collect::<Vec<_>>(),
         "waits": found.waits.iter().map(|w| json!({
@@ -83,7 +84,7 @@ pub(super) fn bottleneck_json(found: Option<&Bottleneck>) -> Json {
             "frame_frac": w.share,
             "row_miss_frac": w.row_miss,
             "roots": w.roots.iter().map(|root| json!({
-                "unit": root.unit.name(),
+                "unit": stage(root.unit).key,
                 "cause": root.cause.map(Stall::name),
                 "frame_frac": root.share,
             })).collect::<Vec<_>>(),
@@ -139,7 +140,7 @@ fn dram_models(run: &Run) -> Json {
 fn roofline(run: &Run) -> Json {
     let Some(roof) = &run.facts.machine.roofline else { return Json::Null };
     json!({
-        "units": roof.units.iter().zip(Stage::WORK).map(|((name, peak), stage)| json!({
+        "units": roof.units.iter().zip(Phase::WORK).map(|((name, peak), stage)| json!({
             "stage": stage.name(),
             "unit": name,
             "peak_flop_s": peak,
@@ -170,12 +171,12 @@ fn prices(run: &Run) -> Json {
 }
 
 fn not_modelled(run: &Run) -> Vec<Json> {
-    let effects = limits::left_out(&run.facts.machine);
-    let entry = |e: limits::Effect| {
+    let effects = &run.facts.machine.left_out;
+    let entry = |e: &limits::Effect| {
         let see = (!e.assumption.is_empty()).then_some(e.assumption);
         json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })
     };
-    effects.into_iter().map(entry).collect()
+    effects.iter().map(entry).collect()
 }
 
 fn frame(frame: &powergs_core::sim::FrameReport, row: &[Option<Value>]) -> Json {

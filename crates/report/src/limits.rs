@@ -8,7 +8,7 @@ use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
 use powergs_base::format::counted;
 use powergs_energy::Component;
-use powergs_study::findings::limits::{Effect, LeftOutBy, Mattered, NOT_MODELLED, Why, ways};
+use powergs_study::findings::limits::{Effect, Mattered, Why, not_modelled, ways};
 use powergs_study::findings::prices::PriceBars;
 
 /// Why an assumption mattered, in a few words.
@@ -118,24 +118,15 @@ pub fn table(effects: &[Effect]) -> Table {
     Table::new(columns).rows(effects.iter().map(row))
 }
 
-/// All of [`NOT_MODELLED`] for `docs/limits.md`.
+/// All of [`not_modelled`] for `docs/limits.md`.
 pub fn page() -> String {
     let columns = ["effect", "simulated time is", "see", "machines"].map(Column::text);
     let row = |e: &Effect| {
-        let machines = match e.left_out_by {
-            LeftOutBy::All => Text::from("all"),
-            LeftOutBy::Dram(model) => Text::code(format!("dram.model = \"{}\"", model.name())),
-            LeftOutBy::Alone => Text::code("dram.second-master.rate = \"0 B/s\""),
-            LeftOutBy::FreeSwitch => {
-                Text::code("vru.organisation = \"subtile-serial\", vru.switch = \"free\"")
-            }
-            LeftOutBy::KnownStops => Text::code("vru.stop-latency = 0"),
-            LeftOutBy::FreeLists => Text::code("binning.method = \"free\""),
-        };
+        let machines = if e.with.is_empty() { Text::from("all") } else { Text::code(e.with) };
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
         [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]
     };
-    format!("{PAGE}{}", Table::new(columns).rows(NOT_MODELLED.iter().map(row)).markdown())
+    format!("{PAGE}{}", Table::new(columns).rows(not_modelled().iter().map(row)).markdown())
 }
 
 const PAGE: &str = "\

@@ -8,9 +8,11 @@ use super::format::{
 use super::{limits as words, record_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
+use powergs_core::sim::statistics::UnitPart;
 use powergs_core::sim::{ListOrder, MODEL_VERSION};
+use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::KEEP;
-use powergs_energy::action::{Stage, UnitKind};
+use powergs_energy::action::{Phase, StageId};
 use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
@@ -73,13 +75,13 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     if record.throughput_fps().is_some() {
         let machine = &run.facts.machine;
         let mattered = limits::mattered(&record, machine, found.as_ref(), &run.experiments);
-        let left_out = limits::left_out(machine);
+        let left_out = &machine.left_out;
         last.extend(prices(run).map(|line| ("prices".into(), line)));
-        let line = Text::marked(&words::line(&left_out, &mattered));
+        let line = Text::marked(&words::line(left_out, &mattered));
         last.push(("limits".into(), line));
         page.page_heading("What is not modelled");
-        page.page_paragraph(format!("{}.", words::sum(&left_out)));
-        page.on(Shown::Page, Block::Table(words::table(&left_out)));
+        page.page_paragraph(format!("{}.", words::sum(left_out)));
+        page.on(Shown::Page, Block::Table(words::table(left_out)));
         if !mattered.is_empty() {
             page.page_paragraph("Assumptions that mattered most in this run:");
             let item = |same: &[limits::Mattered]| {
@@ -236,8 +238,8 @@ fn power(record: &Record) -> Table {
 }
 
 /// Whether a stage can have a component at all: standby parts are paid for time only.
-fn applies(stage: Stage, component: Component) -> bool {
-    Standby::COMPONENTS.contains(&component) == (stage == Stage::Standby)
+fn applies(stage: Phase, component: Component) -> bool {
+    Standby::COMPONENTS.contains(&component) == (stage == Phase::Standby)
 }
 
 /// A share in percent; `-` for none.
@@ -247,15 +249,22 @@ fn share(x: f64) -> String {
 
 fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.page_heading("Where the cycles go");
-    let parts = Record::UNIT_PARTS.map(|part| Column::new(part, Kind::Real(share)));
-    let row = |kind: UnitKind| {
-        [Cell::from(unit(record, kind))].into_iter().chain(record.unit_shares(kind).map(Cell::Real))
+    let is_shown = |part: &UnitPart| match part {
+        UnitPart::Stalled(cause) => record.has_cause(*cause),
+        UnitPart::Busy | UnitPart::Idle => true,
+    };
+    let parts = UnitPart::all().filter(is_shown);
+    let parts = parts.map(|part| Column::new(part.name(), Kind::Real(share)));
+    let row = |kind: StageId| {
+        let shares = UnitPart::all().zip(record.unit_shares(kind));
+        let shares = shares.filter(|(part, _)| is_shown(part)).map(|(_, share)| Cell::Real(share));
+        [Cell::from(unit(record, kind))].into_iter().chain(shares)
     };
     let columns = [Column::text("% of cycles")].into_iter().chain(parts);
-    page.table(Table::new(columns).rows(UnitKind::ALL.into_iter().map(row)));
+    page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
-    if let Some(lanes) = record.mean(Key::LaneUtilisation) {
+    for lanes in record.units().filter_map(|unit| record.mean(Key::LaneUtilisation(unit))) {
         let share = percent(lanes);
         let text = format!("Lanes of a rendering core at work while it is busy: {share} %.");
         page.page_paragraph(text);
@@ -464,7 +473,7 @@ fn overfull(run: &Run) -> Option<String> {
     let mut over: Vec<(&'static str, u64, u64)> = Vec::new();
     let all = run.frames.iter().filter_map(|f| f.timing()).flat_map(|t| &t.buffers);
     for buffer in all.filter(|b| b.capacity > 0 && b.peak > b.capacity) {
-        let name = buffer.buffer.name();
+        let name = hardware().buffer(buffer.buffer).name;
         match over.iter_mut().find(|(known, ..)| *known == name) {
             Some((_, most, _)) => *most = (*most).max(buffer.peak),
             None => over.push((name, buffer.peak, buffer.capacity)),

@@ -10,24 +10,30 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 
 use powergs_core::accel::timeline::{Level, Observer, Span, State};
-use powergs_energy::action::Buffer;
+use powergs_core::stage::{hardware, stage, stages};
+use powergs_energy::action::{BufferId, Phase, StageId};
 
 /// Events beyond this many are counted and left out: viewers fail on longer files.
 pub const MOST_EVENTS: u64 = 1_000_000;
 
-/// Kinds of unit in pipeline order: their processes are numbered from 1.
-const UNITS: [&str; 4] = ["ccu", "qsu", "bsu", "vru"];
-/// The process of the buffers.
-const BUFFERS: usize = UNITS.len() + 1;
+/// The process of a stage: they are numbered from 1 in the order of their declaration.
+fn process(unit: StageId) -> usize {
+    unit.index() + 1
+}
+
+/// The process of the buffers, behind those of all stages.
+fn of_buffers() -> usize {
+    stages().len() + 1
+}
 
 /// Writes events while it is told what happens.
 pub struct TraceWriter<W: Write> {
     out: W,
     /// Nanoseconds per cycle.
     period_ns: f64,
-    tracks: BTreeSet<(usize, u32)>,
+    tracks: BTreeSet<(StageId, u32)>,
     /// What shares of buffers held last.
-    levels: BTreeMap<(Buffer, u32), u64>,
+    levels: BTreeMap<(BufferId, u32), u64>,
     events: u64,
     dropped: u64,
     failed: Option<io::Error>,
@@ -45,11 +51,7 @@ impl<W: Write> TraceWriter<W> {
         let (tracks, levels) = (BTreeSet::new(), BTreeMap::new());
         let (period_ns, events, dropped, failed) = (1e9 / clock_hz, 0, 0, None);
         let mut writer = Self { out, period_ns, tracks, levels, events, dropped, failed };
-        for (i, unit) in UNITS.into_iter().chain(["buffers"]).enumerate() {
-            writer.metadata(i + 1, 0, "process_name", &format!("{{\"name\":\"{unit}\"}}"))?;
-            let order = format!("{{\"sort_index\":{i}}}");
-            writer.metadata(i + 1, 0, "process_sort_index", &order)?;
-        }
+        writer.process(of_buffers(), "buffers")?;
         Ok(writer)
     }
 
@@ -70,6 +72,11 @@ impl<W: Write> TraceWriter<W> {
         writeln!(self.out, "\n]}}")?;
         self.out.flush()?;
         Ok(self.dropped)
+    }
+
+    fn process(&mut self, pid: usize, name: &str) -> io::Result<()> {
+        self.metadata(pid, 0, "process_name", &format!("{{\"name\":\"{name}\"}}"))?;
+        self.metadata(pid, 0, "process_sort_index", &format!("{{\"sort_index\":{}}}", pid - 1))
     }
 
     fn metadata(&mut self, pid: usize, tid: usize, name: &str, args: &str) -> io::Result<()> {
@@ -98,21 +105,23 @@ impl<W: Write> TraceWriter<W> {
             return Ok(());
         }
         self.events += 1;
-        let (ts, name) = (Self::microseconds(self.nanoseconds(from)), buffer.name());
+        let ts = Self::microseconds(self.nanoseconds(from));
+        let (name, pid) = (hardware().buffer(buffer).name, of_buffers());
         write!(
             self.out,
             ",\n{{\"name\":\"{name}{instance}\",\"ph\":\"C\",\"ts\":{ts},\
-             \"pid\":{BUFFERS},\"tid\":0,\"args\":{{\"bytes\":{bytes}}}}}"
+             \"pid\":{pid},\"tid\":0,\"args\":{{\"bytes\":{bytes}}}}}"
         )
     }
 
     fn event(&mut self, span: Span) -> io::Result<()> {
-        let Some(kind) = UNITS.iter().position(|&u| u == span.unit) else { return Ok(()) };
-        let (pid, tid) = (kind + 1, 100_000 * (kind + 1) + span.instance as usize);
+        let (pid, unit) = (process(span.unit), stage(span.unit));
+        let tid = 100_000 * pid + span.instance as usize;
         let (name, args) = match span.state {
             State::Idle => return Ok(()),
             State::Busy(item) => {
-                let what = if kind == 0 { "batch" } else { "tile" };
+                let is_early = unit.phase == Phase::Preprocessing;
+                let what = if is_early { "batch" } else { "tile" };
                 (format!("{what} {item}"), format!("{{\"{what}\":{item}}}"))
             }
             State::Stalled(cause) => {
@@ -120,8 +129,11 @@ impl<W: Write> TraceWriter<W> {
                 (format!("wait {cause}"), format!("{{\"cause\":\"{cause}\"}}"))
             }
         };
-        if self.tracks.insert((kind, span.instance)) {
-            let label = format!("{{\"name\":\"{}{}\"}}", span.unit, span.instance);
+        if !self.tracks.iter().any(|(known, _)| *known == span.unit) {
+            self.process(pid, unit.key)?;
+        }
+        if self.tracks.insert((span.unit, span.instance)) {
+            let label = format!("{{\"name\":\"{}{}\"}}", unit.key, span.instance);
             self.metadata(pid, tid, "thread_name", &label)?;
             let order = format!("{{\"sort_index\":{}}}", span.instance);
             self.metadata(pid, tid, "thread_sort_index", &order)?;

@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use powergs_core::accel::Stall;
 use powergs_core::accel::timeline::{Observer, Span, State};
+use powergs_core::stage::{Stall, stage};
+use powergs_energy::action::{Phase, StageId};
 
 /// Columns of the picture.
 pub const COLUMNS: usize = 1080;
@@ -13,14 +14,11 @@ pub const COLUMNS: usize = 1080;
 /// Instances of one kind of unit that are drawn; further ones have no room.
 pub const MOST_INSTANCES: u32 = 12;
 
-/// States of a column: busy with an item, busy with the next one, the causes, idle.
-pub const STATES: usize = Stall::ALL.len() + 3;
+/// States of a column: busy with an item, busy with the next one, causes by [`Stall::index`], idle.
+pub const STATES: usize = Stall::MOST + 3;
 
 /// The state without work.
 pub const IDLE: usize = STATES - 1;
-
-/// Names of the kinds of unit in pipeline order.
-const UNITS: [&str; 4] = ["ccu", "qsu", "bsu", "vru"];
 
 /// Finds the cycles in which some of the tiles are worked on, and the units that there are.
 #[derive(Debug, Clone)]
@@ -40,7 +38,7 @@ impl Window {
 impl Observer for Window {
     fn span(&mut self, span: Span) {
         if let State::Busy(item) = span.state
-            && span.unit != "ccu"
+            && stage(span.unit).phase != Phase::Preprocessing
             && self.tiles.contains(&item)
         {
             self.cycles.start = self.cycles.start.min(span.from);
@@ -93,7 +91,7 @@ impl Row {
 pub struct Picture {
     /// Cycles that are shown.
     pub cycles: Range<u64>,
-    rows: BTreeMap<(usize, u32), Row>,
+    rows: BTreeMap<(StageId, u32), Row>,
     /// Whether instances had no room.
     pub cut: bool,
 }
@@ -108,6 +106,11 @@ impl Picture {
     /// The rows in pipeline order.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
         self.rows.values()
+    }
+
+    /// Whether one of its units may wait for a cause.
+    pub fn has(&self, cause: Stall) -> bool {
+        self.rows.keys().any(|(unit, _)| stage(*unit).stalls().any(|own| own == cause))
     }
 
     /// Closes the last items.
@@ -134,7 +137,6 @@ fn close(row: &mut Row, shortest: u64) {
 impl Observer for Picture {
     fn span(&mut self, span: Span) {
         let (from, to) = (span.from.max(self.cycles.start), span.to.min(self.cycles.end));
-        let Some(kind) = UNITS.iter().position(|&u| u == span.unit) else { return };
         if from >= to {
             return;
         }
@@ -143,8 +145,8 @@ impl Observer for Picture {
             return;
         }
         let shortest = self.shortest();
-        let row = self.rows.entry((kind, span.instance)).or_insert_with(|| Row {
-            name: format!("{} {}", span.unit.to_uppercase(), span.instance),
+        let row = self.rows.entry((span.unit, span.instance)).or_insert_with(|| Row {
+            name: format!("{} {}", stage(span.unit).key.to_uppercase(), span.instance),
             columns: vec![[0.0; STATES]; COLUMNS],
             items: Vec::new(),
             open: None,
@@ -162,7 +164,7 @@ impl Observer for Picture {
                 row.shade = 1 - row.shade;
                 row.shade
             }
-            (State::Stalled(cause), _) => 2 + cause as usize,
+            (State::Stalled(cause), _) => 2 + cause.index(),
             (State::Idle, _) => IDLE,
         };
         let scale = COLUMNS as f64 / (self.cycles.end - self.cycles.start) as f64;

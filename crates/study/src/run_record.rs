@@ -5,13 +5,14 @@ mod file;
 pub use file::record;
 
 use powergs_base::format::{counted, rate};
-use powergs_core::accel::machine::{DramModel, Organisation, Switch};
+use powergs_core::accel::machine::DramModel;
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::statistics::Record;
 use powergs_core::sim::{FrameReport, Model};
 use powergs_energy::DramCosts;
 use powergs_frame::scene::ShDegree;
 
+use crate::findings::limits::{self, Effect};
 use crate::findings::prices::PriceBars;
 use crate::findings::roofline::Roofline;
 use crate::findings::tile_load::TileLoad;
@@ -96,12 +97,8 @@ pub struct MachineFacts {
     pub dram_byte_price: Option<String>,
     /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
     pub second_master_gb_s: Option<f64>,
-    /// Whether its units change between sub-tiles for nothing; so in the `paper` model.
-    pub switches_for_free: bool,
-    /// Whether a sub-tile that stops is known to have at once; so in the `paper` model.
-    pub knows_stops: bool,
-    /// Whether its lists are made for nothing; so in the `paper` model.
-    pub has_free_lists: bool,
+    /// The effects that its runs leave out; all of them in the `paper` model.
+    pub left_out: Vec<Effect>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
 }
@@ -134,12 +131,7 @@ impl MachineFacts {
                 let master = &system.machine().dram.second_master;
                 master.is_on().then_some(master.rate.0 * 1e-9)
             },
-            switches_for_free: {
-                let vru = &system.machine().vru;
-                vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free
-            },
-            knows_stops: system.machine().vru.stop_latency == 0,
-            has_free_lists: system.machine().list_shape().is_none(),
+            left_out: limits::left_out_by(system.machine()),
             roofline: Some(Roofline::of(system)),
         }
     }
@@ -155,9 +147,7 @@ impl MachineFacts {
             dram_model: None,
             dram_byte_price: Some("powergs".into()),
             second_master_gb_s: None,
-            switches_for_free: true,
-            knows_stops: true,
-            has_free_lists: true,
+            left_out: limits::not_modelled(),
             roofline: None,
         }
     }

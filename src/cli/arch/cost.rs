@@ -5,8 +5,9 @@ use serde_json::{Map, Value, json};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost::{peak_w, untimed};
+use powergs_core::stage::{EnergyTable, hardware};
 use powergs_energy::table::NodeStep;
-use powergs_energy::{Area, EnergyTable, Prices, Supply};
+use powergs_energy::{Area, Block, Prices, Supply};
 use powergs_report::document::{Column, Document, Table};
 
 /// What a machine takes in silicon and, at most, in power.
@@ -26,7 +27,7 @@ impl Cost {
     /// Of a machine with the prices of a table.
     pub fn new(machine: &Machine, table: &EnergyTable, prices: &Prices) -> Cost {
         Cost {
-            area: prices.area,
+            area: prices.area.clone(),
             peak_w: peak_w(machine, prices),
             phy_standby_w: prices.phy_standby_w,
             supply: prices.supply,
@@ -50,13 +51,13 @@ impl Cost {
                 table.row([name.into(), area.into(), watts.map(|w| w * 1e3).into()]);
             }
         };
-        for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
-            let area = self.area.map(|a| a.blocks()[i].1.0);
+        for (i, Block { name, .. }) in Area::blocks(hardware()).into_iter().enumerate() {
+            let area = self.area.as_ref().map(|a| a.areas()[i].0);
             let watts = self.peak_w.iter().find(|(block, _)| *block == name).map(|(_, w)| *w);
             row(name, area, watts);
         }
-        row("core", self.area.map(|a| a.core().0), Some(self.total_w()));
-        row("die", self.area.map(|a| a.total().0), None);
+        row("core", self.area.as_ref().map(|a| a.core().0), Some(self.total_w()));
+        row("die", self.area.as_ref().map(|a| a.total().0), None);
         let mut page = Document::new();
         page.table(table);
         page.facts(self.beside());
@@ -100,8 +101,9 @@ impl Cost {
 
     /// As JSON.
     pub fn json(&self) -> Value {
-        let area = self.area.map(|a| {
-            let blocks = a.blocks().into_iter().map(|(name, x)| (name.to_owned(), json!(x.0)));
+        let area = self.area.as_ref().map(|a| {
+            let names = Area::blocks(hardware()).into_iter().map(|block| block.name.to_owned());
+            let blocks = names.zip(a.areas()).map(|(name, x)| (name, json!(x.0)));
             let total = ("total".to_owned(), json!(a.total().0));
             let core = ("core".to_owned(), json!(a.core().0));
             [total, core].into_iter().chain(blocks).collect::<Map<_, _>>()

@@ -16,8 +16,8 @@ use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, S
 use powergs_base::config::schema::{choices, leaves};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, schema_of};
 use powergs_core::accel::Machine;
+use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
-use powergs_energy::EnergyTable;
 use powergs_study::sweep::table::columns;
 
 /// `command` with completers for the arguments that name something.

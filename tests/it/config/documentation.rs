@@ -11,8 +11,8 @@ use powergs_sim::config::references::{cited, is_assumption, is_source, reference
 use powergs_sim::config::{Embedded, KeyDoc, key_docs};
 use powergs_sim::display::Display;
 use powergs_sim::dram::Device;
-use powergs_sim::energy::EnergyTable;
 use powergs_sim::scene::synth::Preset;
+use powergs_sim::stage::EnergyTable;
 
 use super::gscore;
 

@@ -8,8 +8,8 @@ use powergs_sim::accel::Machine;
 use powergs_sim::accel::machine::Optional;
 use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
 use powergs_sim::config::inert::inert;
-use powergs_sim::energy::EnergyTable;
 use powergs_sim::sim::{self, FrameReport, Label, simulate};
+use powergs_sim::stage::EnergyTable;
 use powergs_sim::trace::Reader;
 use powergs_sim::workload::bin;
 use serde_json::Value;
@@ -53,7 +53,7 @@ fn elasticities_are_differences_of_logarithms() {
         let fps = over(|r| r.achieved_fps().expect("a time"));
         let energy = over(|r| r.energy.total().0);
         let power = over(|r| r.power_display_rate_w(60.0));
-        let area = over(|r| r.area.expect("an area").total().0);
+        let area = over(|r| r.area.as_ref().expect("an area").total().0);
         // The same numbers in another order of operations.
         for (measure, exact) in [("fps", fps), ("energy", energy), ("power", power), ("area", area)]
         {

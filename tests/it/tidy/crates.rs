@@ -94,9 +94,9 @@ const MODULES: [(&str, &[Row]); 4] = [
         "core",
         &[
             ("workload", &[]),
-            // When and how often, never at what cost.
-            ("accel", &["workload"]),
-            ("sim", &["workload", "accel"]),
+            // When and how often, never at what cost. Stages declare themselves.
+            ("accel", &["workload", "stage"]),
+            ("sim", &["workload", "accel", "stage"]),
         ],
     ),
     ("study", &[("sweep", &[]), ("analysis", &["sweep", "speedup"]), ("validate", &[])]),

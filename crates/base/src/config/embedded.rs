@@ -112,9 +112,6 @@ pub const INERT: &str = include_str!("../../../../arch-configs/inert.toml");
 /// Energy and area from one technology node to another.
 pub const NODES: &str = include_str!("../../../../arch-configs/nodes.toml");
 
-/// Floating-point operations of each action.
-pub const FLOPS: &str = include_str!("../../../../arch-configs/flops.toml");
-
 /// SRAM banks after CACTI 7.
 pub const CACTI: &str = include_str!("../../../../arch-configs/sram/cacti-7.csv");
 

@@ -14,8 +14,71 @@
 
 use super::bank::Banks;
 use super::machine::GsuSpec;
+use super::qsu::SORTING;
 use super::unit::Unit;
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use crate::stage::{StageDecl, double, part, sram_read, sram_write, stage_id, work, work_id};
+use powergs_energy::action::{ActionCounts, ActionId, Phase, StageId};
+
+/// What the unit declares.
+pub const BSU: StageDecl = StageDecl {
+    units: Some(|m| m.vru.cores * m.gsu.bsu_per_core),
+    works: &[
+        work("compare-exchange", 0, "One compare-exchange of a BSU.")
+            .comparing(|_| 1)
+            .a_cycle(|m| network(m.gsu.bsu_width) as f64),
+        work(
+            "sorted-row",
+            0,
+            "One row that a BSU sorts, where compare-exchanges are free; nothing without.",
+        )
+        .made_of("compare-exchange")
+        .a_cycle(|_| 1.0),
+        work(
+            "merged-row",
+            0,
+            "One row that a BSU merges from two lists, where compare-exchanges are free; nothing \
+             without.",
+        )
+        .made_of("compare-exchange")
+        .a_cycle(|_| 1.0),
+    ],
+    parts: &[
+        part("network", "Compare-exchanges of the network: w/4 log2 w (log2 w + 1).", |m| {
+            network(m.gsu.bsu_width) as f64
+        }),
+        part(
+            "queue",
+            "Bits of what a core has asked for: 128 for each of `gsu.queue` lists, 64 for each of \
+             `vru.speculation` chunks, over the BSUs of the core.",
+            |m| {
+                let lists = f64::from(m.gsu.queue) * LIST_BITS;
+                let chunks = f64::from(m.vru.speculation) * CHUNK_BITS;
+                (lists + chunks) / f64::from(m.gsu.bsu_per_core)
+            },
+        ),
+    ],
+    also_waits: &["list", "spill"],
+    after: Some("qsu"),
+    input: "parts from the QSU",
+    doubles: &[double("gsu.bsu-per-core", &["gsu.bsu-per-core"], &["A25"])],
+    behind: &["A25"],
+    ..StageDecl::new(
+        "bsu",
+        "bitonic sorting units (BSU)",
+        Phase::Sorting,
+        "Bitonic Sorting Unit of the GSU: sorts the rows of a chunk in a network of \
+         comparators. Keys: `gsu`.",
+    )
+};
+
+/// Bits that describe a list: address, length, tile.
+const LIST_BITS: f64 = 128.0;
+/// Bits that describe a chunk.
+const CHUNK_BITS: f64 = 64.0;
+
+const COMPARE_EXCHANGE: ActionId = work_id("compare-exchange");
+const SORTED_ROW: ActionId = work_id("sorted-row");
+const MERGED_ROW: ActionId = work_id("merged-row");
 
 /// The sort that must precede the rendering of a chunk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -107,7 +170,7 @@ impl Bsu {
 
 impl Unit for Bsu {
     type Work = Sort;
-    const NAME: &'static str = UnitKind::Bsu.name();
+    const STAGE: StageId = stage_id(BSU.key);
 
     /// Keys of a group are looked through a row at a time (A80).
     fn cycles(&self, sort: &Sort) -> u64 {
@@ -129,10 +192,10 @@ impl Unit for Bsu {
         let fetched = self.chunks(sort, |keys| self.banks.words(keys * self.key)) * word;
         let read = moved + fetched + self.filtered_words(sort) * word;
         let exchanges = self.compare_exchanges(rows);
-        actions.charge(Stage::Sorting, Action::CompareExchange, exchanges);
-        actions.charge(Stage::Sorting, Action::SortedRow, rows[0]);
-        actions.charge(Stage::Sorting, Action::MergedRow, rows[1]);
-        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), read);
-        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), moved);
+        actions.charge(Phase::Sorting, COMPARE_EXCHANGE, exchanges);
+        actions.charge(Phase::Sorting, SORTED_ROW, rows[0]);
+        actions.charge(Phase::Sorting, MERGED_ROW, rows[1]);
+        actions.charge(Phase::Sorting, sram_read(SORTING), read);
+        actions.charge(Phase::Sorting, sram_write(SORTING), moved);
     }
 }

@@ -6,7 +6,7 @@
 //! machine is divided evenly among the units or cores that use it.
 
 use super::BufferUse;
-use powergs_energy::action::Buffer;
+use powergs_energy::action::BufferId;
 
 /// Occupancy of the share of one buffer that one unit or core has to itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,7 +76,7 @@ impl BufferAllocator {
 }
 
 /// Sums the statistics of all shares of a buffer.
-pub fn usage<'a>(buffer: Buffer, shares: impl Iterator<Item = &'a BufferAllocator>) -> BufferUse {
+pub fn usage<'a>(buffer: BufferId, shares: impl Iterator<Item = &'a BufferAllocator>) -> BufferUse {
     let mut sum = BufferUse {
         buffer,
         capacity: 0,

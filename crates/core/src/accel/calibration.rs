@@ -41,7 +41,7 @@ use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
 use powergs_dram::stats::Traffic;
 use powergs_dram::{Device, DramCommands, StageCommands, Stats};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 
 /// A request of a run.
 #[derive(Debug, Clone, Copy)]
@@ -212,7 +212,7 @@ impl<'a> CalibrationFit<'a> {
     }
 
     fn phase(&self, stream: Stream) -> usize {
-        let is_apart = self.overlap == Overlap::None && stream.stage() != Stage::Preprocessing;
+        let is_apart = self.overlap == Overlap::None && stream.stage() != Phase::Preprocessing;
         usize::from(is_apart)
     }
 

@@ -43,10 +43,112 @@ use super::bank::Banks;
 use super::batch::{Batch, Pass};
 use super::colour;
 use super::divide::Divisor;
+use super::lists;
 use super::machine::{CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use super::vru;
+use crate::stage::{
+    Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part, sram_read,
+    sram_write, stage_id, work, work_id,
+};
+use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
+use powergs_energy::flops::SH_COLOUR;
 use powergs_frame::scene::ShDegree;
+
+/// What the unit declares.
+pub const CCU: StageDecl = StageDecl {
+    units: Some(|m| m.ccu.units),
+    works: &[
+        work(
+            "cull",
+            47,
+            "One Gaussian taken through cull and the part of projection that the cull needs.",
+        )
+        .a_cycle(|m| m.ccu.gaussians_per_cycle()),
+        // 169 projection, 39 bounding box.
+        work("project", 208, "One survivor projected to a 2D covariance, with its bounding box.")
+            .a_cycle(|m| m.ccu.gaussians_per_cycle()),
+        work("obb-prepare", 38, "Axes of the oriented box of one splat that needs box tests.")
+            .a_cycle(|m| m.ccu.gaussians_per_cycle()),
+        work("obb-test", 48, "One oriented-box-against-tile test.")
+            .a_cycle(|m| f64::from(m.ccu.intersection_units)),
+        work(
+            "sh-colour",
+            SH_COLOUR[SH_COLOUR.len() - 1],
+            "One view-dependent colour from spherical harmonics.",
+        )
+        .of_colour()
+        .a_cycle(|m| match m.ccu.fetch {
+            Fetch::LazyColour => 0.0,
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
+                m.ccu.gaussians_per_cycle()
+            }
+        }),
+    ],
+    buffers: &[
+        buffer("gaussian_in", "buffers.gaussian-in", |m| m.buffers.gaussian_in.shared(m.ccu.units)),
+        buffer("tile_list", "buffers.tile-list", |m| m.buffers.tile_list.shared(m.ccu.units)),
+    ],
+    parts: &[
+        part("operations", "Arithmetic of conversion; amount: operations a cycle.", |m| {
+            f64::from(m.ccu.operations_per_cycle)
+        }),
+        part("intersection-units", "Box tests a cycle.", |m| f64::from(m.ccu.intersection_units)),
+        part("level-tests", "Look-ups of tile levels a cycle.", |m| {
+            // A machine that cannot show foveated frames has the published unit.
+            if m.fovea.accumulators == 0 { 1.0 } else { f64::from(m.fovea.level_tests) }
+        }),
+        part(
+            "batches",
+            "Bits of the batches that are asked for: 64 and one for each record, `ccu.queue` \
+             times.",
+            |m| f64::from(m.ccu.queue) * (REQUEST_BITS + f64::from(m.ccu.batch)),
+        ),
+    ],
+    waits: &[WaitDecl {
+        name: "records",
+        what: "records of Gaussians",
+        short: "records from DRAM",
+        because: "records of Gaussians were in DRAM or on their way",
+        symbol: 'r',
+        from: From::Memory,
+    }],
+    doubles: &[
+        double(
+            "ccu.units, their buffers",
+            &["ccu.units", "buffers.gaussian-in.capacity", "buffers.tile-list.capacity"],
+            &["A1"],
+        ),
+        double("ccu.intersection-units", &["ccu.intersection-units"], &["A2"]),
+    ],
+    omits: &[omit("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21")],
+    behind: &["A1", "A2"],
+    ..StageDecl::new(
+        "ccu",
+        "culling and conversion units (CCU)",
+        Phase::Preprocessing,
+        "Culling and Conversion Unit: reads the records of Gaussians, culls, projects to \
+         the screen, tests which tiles each one overlaps and writes the list of every \
+         tile (preprocessing). Keys: `ccu`.",
+    )
+};
+
+/// Bits of a request of a unit: address, length, place in the input buffer.
+const REQUEST_BITS: f64 = 64.0;
+
+/// Waits for records.
+pub const RECORDS: Stall = Stall::of("records");
+
+const CULL: ActionId = work_id("cull");
+const PROJECT: ActionId = work_id("project");
+const OBB_PREPARE: ActionId = work_id("obb-prepare");
+const OBB_TEST: ActionId = work_id("obb-test");
+/// A colour; colour units make them too.
+pub const SH_COLOUR_WORK: ActionId = work_id("sh-colour");
+/// Records on their way from DRAM to the unit.
+pub const GAUSSIAN_IN: BufferId = buffer_id("gaussian_in");
+/// Splats and list entries on their way from the unit to DRAM.
+pub const TILE_LIST: BufferId = buffer_id("tile_list");
 
 /// The unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -280,22 +382,22 @@ impl Ccu {
     pub(crate) fn charge_sum(&self, tiles: u64, actions: &mut ActionCounts) {
         let Some(banks) = &self.lists[0] else { return };
         let bytes = banks.words_of_records(tiles, self.pointer) * banks.word();
-        actions.charge(Stage::Preprocessing, Action::SramRead(Buffer::Pointers), bytes);
-        actions.charge(Stage::Preprocessing, Action::SramWrite(Buffer::Pointers), bytes);
+        actions.charge(Phase::Preprocessing, sram_read(lists::POINTERS), bytes);
+        actions.charge(Phase::Preprocessing, sram_write(lists::POINTERS), bytes);
     }
 
     /// Charges the table of levels of `tiles` tiles, once a frame.
     pub(crate) fn charge_levels(&self, tiles: u64, actions: &mut ActionCounts) {
-        let stage = Stage::Preprocessing;
+        let stage = Phase::Preprocessing;
         let bytes = self.output.words(tiles * LEVEL_ENTRY) * self.output.word();
-        actions.charge(stage, Action::ObbTest, LEVEL_AS_TESTS * tiles);
-        actions.charge(stage, Action::SramWrite(Buffer::TileList), bytes);
+        actions.charge(stage, OBB_TEST, LEVEL_AS_TESTS * tiles);
+        actions.charge(stage, sram_write(TILE_LIST), bytes);
     }
 }
 
 impl Unit for Ccu {
     type Work = Batch;
-    const NAME: &'static str = UnitKind::Ccu.name();
+    const STAGE: StageId = stage_id(CCU.key);
 
     #[inline]
     fn cycles(&self, batch: &Batch) -> u64 {
@@ -325,36 +427,36 @@ impl Unit for Ccu {
     }
 
     fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {
-        let stage = Stage::Preprocessing;
+        let stage = Phase::Preprocessing;
         let converted = batch.pass != Pass::Scatter;
         if converted {
-            actions.charge(stage, Action::Cull, batch.records);
-            actions.charge(stage, Action::Project, batch.survivors);
+            actions.charge(stage, CULL, batch.records);
+            actions.charge(stage, PROJECT, batch.survivors);
         }
-        actions.charge(stage, Action::ObbPrepare, batch.prepared);
-        actions.charge(stage, Action::ObbTest, batch.tests);
+        actions.charge(stage, OBB_PREPARE, batch.prepared);
+        actions.charge(stage, OBB_TEST, batch.tests);
         let coloured = self.lookups_of(batch);
-        actions.charge(stage, Action::ShColour, coloured);
+        actions.charge(stage, SH_COLOUR_WORK, coloured);
         let looked_up = self.codebook.bytes(coloured);
-        actions.charge(stage, Action::SramRead(Buffer::Codebook), looked_up);
+        actions.charge(stage, sram_read(colour::CODES), looked_up);
         if self.level_bytes > 1 || self.level_colour_bytes > 0 {
-            actions.charge(stage, Action::PixelFinish, 3 * coloured);
+            actions.charge(stage, vru::PIXEL_FINISH, 3 * coloured);
         }
         if batch.lookups > 0 {
             let looked = self.output.words(batch.lookups * LEVEL_ENTRY) * self.output.word();
-            actions.charge(stage, Action::SramRead(Buffer::TileList), looked);
+            actions.charge(stage, sram_read(TILE_LIST), looked);
         }
         let read = self.input_words(batch) * self.input.word();
-        actions.charge(stage, Action::SramWrite(Buffer::GaussianIn), read);
-        actions.charge(stage, Action::SramRead(Buffer::GaussianIn), read);
+        actions.charge(stage, sram_write(GAUSSIAN_IN), read);
+        actions.charge(stage, sram_read(GAUSSIAN_IN), read);
         let written = self.output_words(batch) * self.output.word();
-        actions.charge(stage, Action::SramWrite(Buffer::TileList), written);
-        actions.charge(stage, Action::SramRead(Buffer::TileList), written);
-        let lists = [Buffer::Pointers, Buffer::Combining].into_iter().zip(self.list_words(batch));
+        actions.charge(stage, sram_write(TILE_LIST), written);
+        actions.charge(stage, sram_read(TILE_LIST), written);
+        let lists = [lists::POINTERS, lists::COMBINING].into_iter().zip(self.list_words(batch));
         for (buffer, (banks, [read, write])) in lists {
             let word = banks.map_or(0, Banks::word);
-            actions.charge(stage, Action::SramRead(buffer), read * word);
-            actions.charge(stage, Action::SramWrite(buffer), write * word);
+            actions.charge(stage, sram_read(buffer), read * word);
+            actions.charge(stage, sram_write(buffer), write * word);
         }
     }
 }

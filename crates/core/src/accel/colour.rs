@@ -15,11 +15,88 @@
 //!
 //! Where colours are evaluated before sorting, by the CCUs, there is no such unit.
 
+use super::ccu::SH_COLOUR_WORK;
 use super::machine::{CcuSpec, CodebookSpec, Fetch, Machine};
+use super::vru::PIXEL_FINISH;
+use crate::stage::{AlsoDecl, DoubleDecl, StageDecl, buffer, buffer_id, part, sram_read, stage_id};
 use crate::workload::ChunkWork;
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_energy::action::{ActionCounts, BufferId, Memory, Phase, StageId};
 use powergs_energy::flops;
 use powergs_frame::scene::ShDegree;
+
+/// What the unit declares.
+pub const COLOUR: StageDecl = StageDecl {
+    units: Some(|m| if has_units(m) { m.vru.cores } else { 0 }),
+    counted_in: Some(("ccu", "operations")),
+    also_works: &[AlsoDecl {
+        key: "sh-colour",
+        a_cycle: |m| {
+            let one = f64::from(m.ccu.operations.sh_colour.max(1));
+            f64::from(m.vru.colour_operations_per_cycle) / one
+        },
+    }],
+    parts: &[part("operations", "Operations a cycle.", |m| {
+        f64::from(m.vru.colour_operations_per_cycle)
+    })],
+    also_waits: &["features", "list", "spill"],
+    after: Some("qsu"),
+    input: "chunks whose features are there",
+    doubles: &[DoubleDecl {
+        name: "vru.colour-operations-per-cycle",
+        keys: &["vru.colour-operations-per-cycle"],
+        assumptions: &["A103"],
+        is_there: has_units,
+    }],
+    behind: &["A103", "A31"],
+    ..StageDecl::new(
+        "colour",
+        "colour units",
+        Phase::Rendering,
+        "Colour unit of a core: evaluates the colours that tiles read when they first \
+         load a splat (`ccu.fetch = \"lazy-colour\"`). Keys: `vru.colour-...`.",
+    )
+};
+
+/// What a codebook declares: the unit that evaluates colours has it.
+pub const CODEBOOK: StageDecl = StageDecl {
+    buffers: &[buffer("codebook", "codebook", |m| Memory {
+        bank: m.codebook.bank(),
+        banks: match m.codebook.entries {
+            0 => 0,
+            _ => colour_units(m).saturating_mul(m.codebook.banks),
+        },
+        word: m.codebook.word,
+        two_ports: false,
+    })
+    .full()
+    .sized_by("entries")],
+    ..StageDecl::new(
+        "codebook",
+        "codebooks of colours",
+        Phase::Preprocessing,
+        "Codebook: coefficients of colours that records name by a number. Keys: \
+         `codebook`.",
+    )
+};
+
+/// Coefficients of colours that records name by a number.
+pub const CODES: BufferId = buffer_id("codebook");
+
+/// The colour units.
+pub const UNITS: StageId = stage_id(COLOUR.key);
+
+/// Whether colours have units of their own, in the cores.
+fn has_units(m: &Machine) -> bool {
+    m.ccu.fetch == Fetch::LazyColour
+}
+
+/// How many units evaluate colours: CCUs, or cores.
+fn colour_units(m: &Machine) -> u32 {
+    if has_units(m) { m.vru.cores } else { m.ccu.units }
+}
+
+/// Operations of a colour of a further level: as many as of a finished pixel.
+const LEVEL_OPERATIONS: u64 = 6;
 
 /// The unit of one core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +119,7 @@ pub(crate) fn operations(ccu: &CcuSpec, degree: ShDegree) -> u64 {
 impl Colour {
     /// The unit of a machine; `None` where the CCUs evaluate colours.
     pub(crate) fn of(machine: &Machine, degree: ShDegree) -> Option<Colour> {
-        (machine.ccu.fetch == Fetch::LazyColour).then(|| Colour {
+        has_units(machine).then(|| Colour {
             rate: u64::from(machine.vru.colour_operations_per_cycle),
             latency: u64::from(machine.vru.colour_latency),
             operations: operations(&machine.ccu, degree),
@@ -52,9 +129,8 @@ impl Colour {
 
     /// Cycles for which a chunk holds the entry of the unit; 0 where it reads no colour.
     pub fn cycles(&self, chunk: &ChunkWork) -> u64 {
-        let level = u64::from(flops::flops(Action::PixelFinish));
-        let operations =
-            u64::from(chunk.first_loads) * self.operations + u64::from(chunk.level_loads) * level;
+        let operations = u64::from(chunk.first_loads) * self.operations
+            + u64::from(chunk.level_loads) * LEVEL_OPERATIONS;
         let lookups = u64::from(chunk.first_loads) * self.codebook.cycles();
         operations.div_ceil(self.rate).max(lookups)
     }
@@ -63,10 +139,10 @@ impl Colour {
     pub(crate) fn charge(&self, chunk: &ChunkWork, actions: &mut ActionCounts) {
         // Three multiplications and additions, as for a background.
         let levels = u64::from(chunk.level_loads);
-        actions.charge(Stage::Rendering, Action::PixelFinish, levels);
+        actions.charge(Phase::Rendering, PIXEL_FINISH, levels);
         let first = u64::from(chunk.first_loads);
-        actions.charge(Stage::Rendering, Action::ShColour, first);
+        actions.charge(Phase::Rendering, SH_COLOUR_WORK, first);
         let looked_up = self.codebook.bytes(first);
-        actions.charge(Stage::Rendering, Action::SramRead(Buffer::Codebook), looked_up);
+        actions.charge(Phase::Rendering, sram_read(CODES), looked_up);
     }
 }

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rules::UnitRules;
+use crate::stage;
 use crate::workload::Geometry;
 use crate::workload::binning::ListShape;
 use powergs_base::config::embedded::{DRAM, MACHINES};
@@ -14,11 +15,10 @@ use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_dram::Device;
 use powergs_dram::device::Order;
-use powergs_energy::action::{Buffer, Inventory, Memory, Part};
+use powergs_energy::action::{Inventory, Memory};
 
 mod check;
 mod optional;
-mod parts;
 mod spec;
 
 pub use optional::{OPTIONAL, Optional};
@@ -301,21 +301,6 @@ impl Machine {
         let pixels = u64::from(self.geometry.tile).pow(2);
         Bytes(pixels.saturating_mul(levels).saturating_mul(self.vru.pixel_state.0))
     }
-
-    /// How many units evaluate colours: CCUs, or cores.
-    fn colour_units(&self) -> u32 {
-        match self.ccu.fetch {
-            Fetch::LazyColour => self.vru.cores,
-            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => self.ccu.units,
-        }
-    }
-
-    /// How many CCUs, QSUs, BSUs and rendering units it has.
-    pub fn unit_counts(&self) -> [u32; 4] {
-        let (cores, gsu) = (self.vru.cores, &self.gsu);
-        let vrus = cores.saturating_mul(self.vru.units_per_core);
-        [self.ccu.units, cores * gsu.qsu_per_core, cores * gsu.bsu_per_core, vrus]
-    }
 }
 
 /// Rates that differ by less, relatively, are the same, written with fewer digits.
@@ -331,54 +316,26 @@ fn embedded_device(name: &str) -> Option<&'static Device> {
 }
 
 impl Machine {
-    /// What has to be built: memories and units. Each CCU or core has its own share of a buffer,
-    /// cut into `banks` banks (A13); the feature cache is shared.
+    /// What has to be built: memories, units, and how much of each part they have.
     pub fn inventory(&self) -> Inventory {
-        let share = |spec: &BufferSpec, owners: u32| Memory {
-            bank: Bytes(spec.capacity.0 / (u64::from(owners) * u64::from(spec.banks)).max(1)),
-            banks: owners.saturating_mul(spec.banks),
-            word: spec.word,
-            two_ports: spec.ports == Ports::ReadAndWrite,
-        };
-        let binned = |spec: &BufferSpec| {
-            let is_there = self.binning.method != BinningMethod::Free && spec.capacity.0 > 0;
-            Memory {
-                banks: if is_there { share(spec, self.ccu.units).banks } else { 0 },
-                ..share(spec, self.ccu.units)
-            }
-        };
-        let b = &self.buffers;
-        let memories = Buffer::ALL.map(|buffer| match buffer {
-            Buffer::GaussianIn => share(&b.gaussian_in, self.ccu.units),
-            Buffer::TileList => share(&b.tile_list, self.ccu.units),
-            Buffer::Sorting => share(&b.sorting, self.vru.cores),
-            Buffer::Feature => share(&b.feature, self.vru.cores),
-            Buffer::PixelOut => share(&b.pixel_out, self.vru.cores),
-            Buffer::Pointers => binned(&self.binning.pointers),
-            Buffer::Combining => binned(&self.binning.combining),
-            Buffer::Codebook => Memory {
-                bank: self.codebook.bank(),
-                banks: match self.codebook.entries {
-                    0 => 0,
-                    _ => self.colour_units().saturating_mul(self.codebook.banks),
-                },
-                word: self.codebook.word,
-                two_ports: false,
-            },
-            Buffer::Cache => Memory {
-                bank: Bytes(self.cache.capacity.0 / u64::from(self.cache.banks).max(1)),
-                banks: if self.cache.capacity.0 == 0 { 0 } else { self.cache.banks },
-                word: self.cache.word,
-                two_ports: false,
-            },
-        });
-        let parts = Part::ALL.map(|part| parts::amount(self, part));
-        let colour_operations = match self.ccu.fetch {
-            Fetch::LazyColour => {
-                f64::from(self.vru.cores) * f64::from(self.vru.colour_operations_per_cycle)
-            }
-            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => 0.0,
-        };
-        Inventory { memories, units: self.unit_counts(), parts, colour_operations }
+        let stages = || stage::stages().iter();
+        Inventory {
+            memories: stages().flat_map(|s| s.buffers).map(|b| (b.memory)(self)).collect(),
+            units: stages().map(|s| s.count(self)).collect(),
+            parts: stages().flat_map(|s| s.parts).map(|p| (p.amount)(self)).collect(),
+        }
+    }
+}
+
+impl BufferSpec {
+    /// How it is built for so many CCUs or cores: each has its own share, cut into `banks` banks
+    /// (A13).
+    pub(crate) fn shared(&self, owners: u32) -> Memory {
+        Memory {
+            bank: Bytes(self.capacity.0 / (u64::from(owners) * u64::from(self.banks)).max(1)),
+            banks: owners.saturating_mul(self.banks),
+            word: self.word,
+            two_ports: self.ports == Ports::ReadAndWrite,
+        }
     }
 }

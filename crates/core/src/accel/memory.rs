@@ -13,9 +13,36 @@ use super::second_master::SecondMaster;
 use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::Traffic;
+use crate::stage::{Bias, DoubleDecl, OmitDecl, double, omit};
 use crate::workload::FrameWorkload;
 use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands};
 use std::iter;
+
+/// What memories leave out.
+pub(crate) const OMITS: [OmitDecl; 4] = [
+    omit("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+        .by("dram.model = \"bandwidth\"", |m| m.dram.model == DramModel::Bandwidth),
+    omit("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
+    omit("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
+        .by("dram.second-master.rate = \"0 B/s\"", |m| !m.dram.second_master.is_on()),
+    omit("reads of one unit served before older ones of another", Bias::Either, "A33"),
+];
+
+/// What twice the memory is.
+pub(crate) const DOUBLES: [DoubleDecl; 3] = [
+    DoubleDecl {
+        is_there: |m| !m.dram.has_device(),
+        ..double("dram.bandwidth", &["dram.bandwidth"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model == DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model != DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A41"])
+    },
+];
 
 /// No cycle.
 pub(crate) const NEVER: u64 = u64::MAX;

@@ -46,22 +46,26 @@ use self::ledger::Ledger;
 use self::list_completion::ListCompletion;
 use self::memo::Memo;
 use super::batch::{Batches, Pass};
-use super::buffer::{BufferAllocator, usage};
+use super::bsu::Bsu;
+use super::buffer::usage;
 use super::calibration::Recording;
+use super::ccu::{Ccu, GAUSSIAN_IN, TILE_LIST};
+use super::colour;
 use super::layout::{AccessPattern, Layout};
 use super::machine::Overlap;
 use super::memory::{Arrival, Memory, NEVER, Request};
+use super::qsu::{Qsu, SORTING};
 use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;
 use super::schedule::{Job, Plan};
 use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::{Traffic, pairs_written};
-use super::{
-    BufferUse, ColourCycles, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles,
-};
+use super::unit::Unit;
+use super::vru::{FEATURE, PIXEL_OUT, Vru};
+use super::{BufferUse, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles};
 use crate::workload::FrameWorkload;
-use powergs_energy::action::{ActionCounts, Buffer, UnitKind};
+use powergs_energy::action::{ActionCounts, StageId};
 
 /// State that CCUs and cores share.
 struct Shared<'a, O> {
@@ -175,23 +179,13 @@ impl Agents {
     }
 
     fn buffers(&self) -> Vec<BufferUse> {
-        let of = |c: &'_ Core, buffer| -> BufferAllocator {
-            match buffer {
-                Buffer::Sorting => c.list_fetch.keys.clone(),
-                Buffer::Feature => c.features.buffer.clone(),
-                _ => c.render.pixels.clone(),
-            }
-        };
-        let cores = |buffer| {
-            let buffers: Vec<BufferAllocator> = self.cores.iter().map(|c| of(c, buffer)).collect();
-            usage(buffer, buffers.iter())
-        };
+        let cores = &self.cores;
         vec![
-            usage(Buffer::GaussianIn, self.ccus.iter().map(|c| &c.input)),
-            usage(Buffer::TileList, self.ccus.iter().map(|c| &c.output)),
-            cores(Buffer::Sorting),
-            cores(Buffer::Feature),
-            cores(Buffer::PixelOut),
+            usage(GAUSSIAN_IN, self.ccus.iter().map(|c| &c.input)),
+            usage(TILE_LIST, self.ccus.iter().map(|c| &c.output)),
+            usage(SORTING, cores.iter().map(|c| &c.list_fetch.keys)),
+            usage(FEATURE, cores.iter().map(|c| &c.features.buffer)),
+            usage(PIXEL_OUT, cores.iter().map(|c| &c.render.pixels)),
         ]
     }
 }
@@ -288,12 +282,15 @@ fn outcome<O: Observer>(
     mut shared: Shared<O>,
 ) -> Outcome {
     let (units, cores) = (shared.units, &agents.cores);
-    let unit_cycles = [
-        sum(UnitKind::Ccu, 1, agents.ccus.iter().map(|c| &c.ledger)),
-        sum(UnitKind::Qsu, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
-        sum(UnitKind::Bsu, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
-        sum(UnitKind::Vru, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
+    let mut unit_cycles = vec![
+        sum(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger)),
+        sum(Qsu::STAGE, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+        sum(Bsu::STAGE, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
+        sum(Vru::STAGE, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
     ];
+    if units.colour.is_some() {
+        unit_cycles.push(sum(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
+    }
     let mut speculation = ActionCounts::default();
     let mut tile_cycles = Histogram::EMPTY;
     for core in cores {
@@ -301,21 +298,8 @@ fn outcome<O: Observer>(
         tile_cycles.add(&core.render.tile_cycles);
     }
     let (dram, buffers) = (shared.memory.usage(), agents.buffers());
-    let colour = units.colour.map(|_| ColourCycles {
-        units: units.vru.spec.cores,
-        busy: cores.iter().map(|c| c.colour.busy).sum(),
-        waits: cores.iter().map(|c| c.colour.waited).sum::<u64>()
-            * u64::from(units.vru.spec.units_per_core),
-    });
-    let timing = FrameTiming {
-        frame,
-        preprocessing_end,
-        units: unit_cycles,
-        colour,
-        dram,
-        buffers,
-        tile_cycles,
-    };
+    let timing =
+        FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
     let traffic = shared.memory.traffic();
     let recording = if O::WANTS_TIMES { shared.memory.recording() } else { None };
     Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }
@@ -329,8 +313,8 @@ fn instances(units: &ResolvedUnits) -> u64 {
 }
 
 /// Sums the ledgers of gangs of `gang` units each.
-fn sum<'a>(unit: UnitKind, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
-    let stalls = [0; Stall::ALL.len()];
+fn sum<'a>(unit: StageId, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
+    let stalls = [0; Stall::MOST];
     let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };
     for ledger in ledgers {
         sum.instances += gang;

@@ -17,7 +17,72 @@
 use super::bank::Banks;
 use super::machine::{GsuSpec, Spill};
 use super::unit::Unit;
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use crate::stage::{
+    Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part, sram_read,
+    sram_write, stage_id, work, work_id,
+};
+use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
+
+/// What the unit declares.
+pub const QSU: StageDecl = StageDecl {
+    units: Some(|m| m.vru.cores * m.gsu.qsu_per_core),
+    works: &[work("pivot-key", 0, "One key moved through the pivots of a QSU in one pass.")
+        .comparing(|m| m.gsu.pivots)
+        .a_cycle(|m| f64::from(m.gsu.keys_per_cycle))],
+    buffers: &[buffer("sorting", "buffers.sorting", |m| m.buffers.sorting.shared(m.vru.cores))],
+    parts: &[
+        part("pivots", "Pivots: a key is compared with all of them.", |m| f64::from(m.gsu.pivots)),
+        part("comparators", "Comparators: pivots x keys a cycle.", |m| {
+            f64::from(m.gsu.pivots) * f64::from(m.gsu.keys_per_cycle)
+        }),
+    ],
+    waits: &[
+        WaitDecl {
+            name: "list",
+            what: "tile lists",
+            short: "list of the tile",
+            because: "the list of a tile was in DRAM or on its way",
+            symbol: 'l',
+            from: From::Memory,
+        },
+        WaitDecl {
+            name: "spill",
+            what: "spilled keys",
+            short: "spilled keys",
+            because: "keys that did not fit the sorting buffer were on their way",
+            symbol: 's',
+            from: From::Memory,
+        },
+    ],
+    after: Some("ccu"),
+    input: "tile lists from the CCU",
+    doubles: &[
+        double("gsu.qsu-per-core", &["gsu.qsu-per-core"], &["A23"]),
+        double("buffers.sorting", &["buffers.sorting.capacity"], &["A24"]),
+    ],
+    omits: &[omit(
+        "pivots that split a list unevenly and need another pass",
+        Bias::Optimistic,
+        "A23",
+    )],
+    behind: &["A23", "A24"],
+    ..StageDecl::new(
+        "qsu",
+        "quick sorting units (QSU)",
+        Phase::Sorting,
+        "Quick Sorting Unit of the GSU: splits a list at pivots into chunks that are \
+         small enough to sort in one go. Keys: `gsu`.",
+    )
+};
+
+/// Waits for a list.
+pub const LIST: Stall = Stall::of("list");
+/// Waits for keys that did not fit.
+pub const SPILL: Stall = Stall::of("spill");
+
+const PIVOT_KEY: ActionId = work_id("pivot-key");
+/// Keys of the tile that is being sorted.
+pub const SORTING: BufferId = buffer_id("sorting");
 
 /// The keys that are sorted together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -96,7 +161,7 @@ impl Qsu {
 
 impl Unit for Qsu {
     type Work = Keys;
-    const NAME: &'static str = UnitKind::Qsu.name();
+    const STAGE: StageId = stage_id(QSU.key);
 
     /// All passes, without spill. Keys that need none pass in one cycle.
     fn cycles(&self, keys: &Keys) -> u64 {
@@ -112,8 +177,8 @@ impl Unit for Qsu {
         let passes = u64::from(keys.passes);
         let bytes = |n: u64| self.banks.words(n * self.key) * self.banks.word();
         let (held, sorted) = (bytes(keys.held), bytes(keys.sorted));
-        actions.charge(Stage::Sorting, Action::PivotKey, keys.sorted * passes);
-        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), held + sorted * passes);
-        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), sorted * passes);
+        actions.charge(Phase::Sorting, PIVOT_KEY, keys.sorted * passes);
+        actions.charge(Phase::Sorting, sram_write(SORTING), held + sorted * passes);
+        actions.charge(Phase::Sorting, sram_read(SORTING), sorted * passes);
     }
 }

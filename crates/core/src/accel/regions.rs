@@ -10,8 +10,9 @@ use super::schedule::{Plan, SortProgress};
 use super::traffic::ChunkLoad;
 use super::vru::Render;
 use super::{FrameContext, Machine};
+use crate::stage::{DRAM_READ, DRAM_WRITE};
 use crate::workload::FrameWorkload;
-use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_energy::action::{ActionCounts, Phase};
 use powergs_frame::fovea::LEVELS;
 
 /// The work of one region.
@@ -46,8 +47,8 @@ pub(super) fn regions(
         let own = &mut all[region_of(first)].actions;
         rules.qsu.charge(&units.qsu, &job.keys, own, check);
         let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
-        own.charge(Stage::Sorting, Action::DramRead, job.read + spill);
-        own.charge(Stage::Sorting, Action::DramWrite, job.kept + spill);
+        own.charge(Phase::Sorting, DRAM_READ, job.read + spill);
+        own.charge(Phase::Sorting, DRAM_WRITE, job.kept + spill);
         let mut front = SortProgress::default();
         for &index in tiles {
             let tile = &workload.tiles[index as usize];
@@ -66,13 +67,13 @@ pub(super) fn regions(
                 }
                 own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));
                 let bytes = ChunkLoad::new(workload, at, units, context).bytes(units);
-                own.actions.charge(Stage::Rendering, Action::DramRead, bytes);
+                own.actions.charge(Phase::Rendering, DRAM_READ, bytes);
             }
             let end = Render { last: Some(*tile), ..Render::default() };
             rules.vru.charge(&units.vru, &end, &mut own.actions, check);
             own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &end));
             let pixels = units.vru.pixel_bytes(tile);
-            own.actions.charge(Stage::Rendering, Action::DramWrite, pixels);
+            own.actions.charge(Phase::Rendering, DRAM_WRITE, pixels);
         }
     }
     debug_assert_eq!(machine.geometry, workload.geometry);

@@ -42,7 +42,8 @@ use super::ccu::Ccu;
 use super::qsu::Qsu;
 use super::unit::Unit;
 use super::vru::Vru;
-use powergs_energy::action::{Action, ActionCounts};
+use crate::stage::{DRAM_READ, DRAM_WRITE, stage};
+use powergs_energy::action::ActionCounts;
 
 /// The rule of a unit of kind `U`. Every method has the built-in rule as its default.
 pub trait UnitRule<U: Unit>: Send + Sync {
@@ -177,12 +178,12 @@ impl UnitRules {
     /// rule. Whatever identifies a timing must contain them.
     pub fn names(&self) -> Vec<(&'static str, &str)> {
         let all = [
-            (Ccu::NAME, self.ccu.name()),
-            (Qsu::NAME, self.qsu.name()),
-            (Bsu::NAME, self.bsu.name()),
-            (Vru::NAME, self.vru.name()),
+            (Ccu::STAGE, self.ccu.name()),
+            (Qsu::STAGE, self.qsu.name()),
+            (Bsu::STAGE, self.bsu.name()),
+            (Vru::STAGE, self.vru.name()),
         ];
-        all.into_iter().filter_map(|(unit, name)| Some((unit, name?))).collect()
+        all.into_iter().filter_map(|(unit, name)| Some((stage(unit).key, name?))).collect()
     }
 }
 
@@ -262,8 +263,10 @@ impl RuleCheck {
         if self.error.is_some() {
             return (1, 0);
         }
-        let (unit, left) =
-            (U::NAME, cycles.checked_add(stalls).and_then(|c| self.left.checked_sub(c)));
+        let (unit, left) = (
+            stage(U::STAGE).key,
+            cycles.checked_add(stalls).and_then(|c| self.left.checked_sub(c)),
+        );
         self.error = match left {
             _ if cycles == 0 => Some(RuleError::NoCycles { unit, rule: rule.to_owned() }),
             None => Some(RuleError::TooLong { unit, rule: rule.to_owned(), most: self.most }),
@@ -279,8 +282,8 @@ impl RuleCheck {
         if self.error.is_some() {
             return;
         }
-        let unit = U::NAME;
-        if own.total(Action::DramRead) > 0 || own.total(Action::DramWrite) > 0 {
+        let unit = stage(U::STAGE).key;
+        if own.total(DRAM_READ) > 0 || own.total(DRAM_WRITE) > 0 {
             self.error = Some(RuleError::DramBytes { unit, rule: rule.to_owned() });
         } else if !actions.add_within(own, COUNT_MAX) {
             self.error = Some(RuleError::TooMany { unit, rule: rule.to_owned(), most: COUNT_MAX });

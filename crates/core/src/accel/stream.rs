@@ -1,6 +1,6 @@
 //! The streams of requests that the units of a machine make: what is read or written, and why.
 
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 
 /// A kind of request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,17 +58,17 @@ impl Stream {
     }
 
     /// The stage that its bytes are charged to.
-    pub const fn stage(self) -> Stage {
+    pub const fn stage(self) -> Phase {
         match self {
             Stream::Records
             | Stream::Survivors
             | Stream::Colours
             | Stream::ReadBack
-            | Stream::Results => Stage::Preprocessing,
+            | Stream::Results => Phase::Preprocessing,
             Stream::Lists | Stream::KeptLists | Stream::SpillOut | Stream::SpillIn => {
-                Stage::Sorting
+                Phase::Sorting
             }
-            Stream::Features | Stream::Pixels => Stage::Rendering,
+            Stream::Features | Stream::Pixels => Phase::Rendering,
         }
     }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::Stall;
-use powergs_energy::action::Buffer;
+use crate::stage::{Stall, stage};
+use powergs_energy::action::{BufferId, StageId};
 
 /// The state of a unit in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,13 +23,7 @@ impl State {
     pub(crate) fn symbol(self) -> char {
         match self {
             State::Busy(item) => char::from(b'0' + (item % 10) as u8),
-            State::Stalled(Stall::Records) => 'r',
-            State::Stalled(Stall::List) => 'l',
-            State::Stalled(Stall::Spill) => 's',
-            State::Stalled(Stall::Features) => 'f',
-            State::Stalled(Stall::Input) => 'i',
-            State::Stalled(Stall::Output) => 'o',
-            State::Stalled(Stall::Bank) => 'b',
+            State::Stalled(cause) => cause.words().symbol,
             State::Idle => '.',
         }
     }
@@ -38,8 +32,8 @@ impl State {
 /// Some cycles of one unit, or of the units of one kind in one core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
-    /// Name of the unit.
-    pub unit: &'static str,
+    /// Which kind of unit.
+    pub unit: StageId,
     /// Which CCU, or which core.
     pub instance: u32,
     /// Its state.
@@ -54,7 +48,7 @@ pub struct Span {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level {
     /// The buffer.
-    pub buffer: Buffer,
+    pub buffer: BufferId,
     /// Which CCU, or which core.
     pub instance: u32,
     /// First cycle.
@@ -105,18 +99,17 @@ impl Observer for Timeline {
 impl Timeline {
     /// One line of text per unit, one character per cycle: `vru0 |...0011`.
     pub fn draw(&self) -> String {
-        let mut rows: BTreeMap<(usize, u32), (&str, Vec<char>)> = BTreeMap::new();
+        let mut rows: BTreeMap<(StageId, u32), Vec<char>> = BTreeMap::new();
         for span in &self.spans {
-            let order = ["ccu", "qsu", "bsu", "vru"].iter().position(|&u| u == span.unit);
-            let key = (order.unwrap_or(usize::MAX), span.instance);
-            let (_, row) = rows.entry(key).or_insert((span.unit, Vec::new()));
+            let row = rows.entry((span.unit, span.instance)).or_default();
             let end = row.len().max(span.to as usize);
             row.resize(end, '.');
             row[span.from as usize..span.to as usize].fill(span.state.symbol());
         }
-        let end = rows.values().map(|(_, row)| row.len()).max().unwrap_or(0);
+        let end = rows.values().map(Vec::len).max().unwrap_or(0);
         let mut text = String::new();
-        for ((_, instance), (unit, row)) in rows {
+        for ((unit, instance), row) in rows {
+            let unit = stage(unit).key;
             let row: String = row.into_iter().chain(std::iter::repeat('.')).take(end).collect();
             writeln!(text, "{unit}{instance} |{row}").expect("a string takes any text");
         }

@@ -6,13 +6,15 @@
 use super::FrameContext;
 use super::batch::Batch;
 use super::bsu::Sort;
+use super::cache;
 use super::machine::{FeatureSource, Fetch};
 use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;
 use super::schedule::{Job, Plan, SortProgress};
 use super::vru::Render;
+use crate::stage::{DRAM_READ, DRAM_WRITE, sram_read, sram_write};
 use crate::workload::{FrameWorkload, TileWork};
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_energy::action::{ActionCounts, Phase};
 
 /// DRAM bytes of one stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -26,7 +28,7 @@ pub struct StageTraffic {
 /// DRAM bytes by stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// In the order of [`Stage::WORK`].
+    /// In the order of [`Phase::WORK`].
     pub stages: [StageTraffic; 3],
 }
 
@@ -195,14 +197,14 @@ pub(super) fn actions(
         let (hits, misses) =
             loads.fold((0, 0), |sum, load| (sum.0 + load.hits, sum.1 + load.features));
         let record = units.ccu.record.feature.0.next_multiple_of(units.cache_word.max(1));
-        actions.charge(Stage::Rendering, Action::SramRead(Buffer::Cache), hits * record);
-        actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Cache), misses * record);
+        actions.charge(Phase::Rendering, sram_read(cache::RECORDS), hits * record);
+        actions.charge(Phase::Rendering, sram_write(cache::RECORDS), misses * record);
     }
     for (stage, bytes) in
-        Stage::WORK.into_iter().zip(traffic(workload, units, plan, context).stages)
+        Phase::WORK.into_iter().zip(traffic(workload, units, plan, context).stages)
     {
-        actions.charge(stage, Action::DramRead, bytes.read);
-        actions.charge(stage, Action::DramWrite, bytes.write);
+        actions.charge(stage, DRAM_READ, bytes.read);
+        actions.charge(stage, DRAM_WRITE, bytes.write);
     }
     actions
 }

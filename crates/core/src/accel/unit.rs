@@ -1,6 +1,6 @@
 //! What all units have in common: how long a piece of work occupies them, and which actions it is.
 
-use powergs_energy::action::ActionCounts;
+use powergs_energy::action::{ActionCounts, StageId};
 
 /// A hardware unit and its built-in timing rule. It keeps no run state: queues, buffers and stalls
 /// belong to the pipeline, so that the same work always costs the same. A
@@ -8,8 +8,8 @@ use powergs_energy::action::ActionCounts;
 pub trait Unit {
     /// One piece of work: a batch, a list, a chunk.
     type Work;
-    /// The name in every output.
-    const NAME: &'static str;
+    /// The stage that declares it.
+    const STAGE: StageId;
     /// Cycles for which `work` occupies the unit, at least 1.
     fn cycles(&self, work: &Self::Work) -> u64;
     /// Further cycles for which `work` waits for the banks of the unit's buffers.

@@ -24,11 +24,175 @@
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
 use super::bank::Banks;
-use super::machine::{FoveaSpec, Termination, VruSpec};
+use super::machine::{FoveaSpec, Machine, Organisation, Switch, Termination, VruSpec};
 use super::subtiles::{self, ChunkRun, Discipline};
 use super::unit::Unit;
+use crate::stage::{
+    Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part, sram_read,
+    sram_write, stage_id, work, work_id,
+};
 use crate::workload::{ChunkWork, PairWork, TileWork};
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
+
+/// What the unit declares.
+pub const VRU: StageDecl = StageDecl {
+    units: Some(|m| m.vru.cores.saturating_mul(m.vru.units_per_core)),
+    has_numbers: true,
+    has_lanes: true,
+    works: &[
+        work("alpha", 13, "One α evaluated for one live pixel, whether or not it contributes.")
+            .a_cycle(|_| 1.0),
+        work(
+            "stopped-pixel",
+            13,
+            "One slot of a pixel that has stopped, or is outside of the image, in a pair that is \
+             worked on; the price of `alpha` without.",
+        )
+        .priced_as("alpha"),
+        work("blend", 11, "One blend of a splat into one pixel.").a_cycle(|_| 1.0),
+        work("pixel-finish", 6, "One pixel finished: background added and written out."),
+        work(
+            "queue-entry",
+            0,
+            "One feature record pushed into a queue in front of rendering units, and taken out.",
+        ),
+    ],
+    buffers: &[
+        buffer("feature", "buffers.feature", |m| m.buffers.feature.shared(m.vru.cores)),
+        buffer("pixel_out", "buffers.pixel-out", |m| m.buffers.pixel_out.shared(m.vru.cores)),
+    ],
+    parts: &[
+        part("blend", "Blends a cycle: accumulators / (1 + `vru.blend-stall`).", |m| {
+            f64::from(m.fovea.accumulators.max(1)) / (1.0 + f64::from(m.vru.blend_stall))
+        }),
+        part(
+            "pixels",
+            "Bits of the pixels that are held: `vru.pixel-state` each, for every accumulator, \
+             twice where tiles overlap, and twice where pixels are swapped.",
+            pixel_bits,
+        ),
+        part(
+            "recurrence",
+            "Inverse of `vru.recurrence`: a shorter loop through the transmittance.",
+            |m| f64::from(m.vru.recurrence).recip(),
+        ),
+        part(
+            "queue",
+            "Bits of feature records: 152 of the one of a unit, and its share of the core's \
+             queues.",
+            |m| {
+                let bits = 8.0 * m.record.feature.0 as f64;
+                let entries = f64::from(m.vru.subtile_queue) * queues(m);
+                RECORD_BITS + entries * bits / f64::from(m.vru.units_per_core)
+            },
+        ),
+    ],
+    waits: &[
+        WaitDecl {
+            name: "features",
+            what: "feature loads",
+            short: "features from DRAM",
+            because: "features or colours were in DRAM or on their way",
+            symbol: 'f',
+            from: From::Memory,
+        },
+        WaitDecl {
+            name: "colours",
+            what: "colours of chunks",
+            short: "colours",
+            because: "colour units had not evaluated the colours of a chunk that was there",
+            symbol: 'c',
+            from: From::Stage("colour"),
+        },
+    ],
+    also_waits: &["list", "spill"],
+    after: Some("bsu"),
+    input: "sorted chunks from the GSU",
+    doubles: &[
+        double("vru.units-per-core", &["vru.units-per-core"], &["A84"]),
+        double(
+            "vru.cores, their buffers",
+            &[
+                "vru.cores",
+                "buffers.sorting.capacity",
+                "buffers.feature.capacity",
+                "buffers.pixel-out.capacity",
+            ],
+            &["A84", "A29"],
+        ),
+        double("buffers.feature", &["buffers.feature.capacity"], &["A32"]),
+    ],
+    omits: &[
+        omit("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
+        omit(
+            "the change of all units of a core from one sub-tile to another: pixel state, features",
+            Bias::Optimistic,
+            "A86",
+        )
+        .by("vru.organisation = \"subtile-serial\", vru.switch = \"free\"", |m| {
+            m.vru.organisation == Organisation::SubtileSerial && m.vru.switch == Switch::Free
+        }),
+        omit("pairs that begin before a stop is known", Bias::Optimistic, "A88")
+            .by("vru.stop-latency = 0", |m| m.vru.stop_latency == 0),
+    ],
+    behind: &["A84", "A27"],
+    ..StageDecl::new(
+        "vru",
+        "volume rendering units (VRU)",
+        Phase::Rendering,
+        "Volume Rendering Unit: blends the sorted Gaussians of a tile into its pixels, \
+         sub-tile by sub-tile. It is an array of volume rendering cores (VRC); `vru x64` \
+         counts those of the whole machine. Keys: `vru`.",
+    )
+};
+
+/// Bits of the record that a published unit holds: 19 B.
+const RECORD_BITS: f64 = 152.0;
+
+/// Queues of a core: one for each sub-tile, or one behind the scan (A89).
+fn queues(m: &Machine) -> f64 {
+    match (m.vru.organisation, m.vru.switch) {
+        (Organisation::SubtileParallel, _) => f64::from(m.geometry.subtiles()),
+        (Organisation::SubtileSerial, Switch::Scan) => 1.0,
+        (Organisation::SubtileSerial, Switch::Free | Switch::State) => 0.0,
+    }
+}
+
+/// Bits of the pixels that a unit holds. One whose next tile enters while the last one drains holds
+/// two of each (A62), and so does one whose pixels are swapped while it works on others (A86).
+/// Units that are divided over the sub-tiles hold all pixels of the tile.
+fn pixel_bits(m: &Machine) -> f64 {
+    let vru = &m.vru;
+    let copies = if vru.tile_overlap { 2.0 } else { 1.0 };
+    let swapped = if m.state_bytes().0 > 0 { 2.0 } else { 1.0 };
+    let held = match vru.organisation {
+        Organisation::SubtileSerial => vru.pixels_per_unit,
+        Organisation::SubtileParallel => {
+            let share = m.geometry.tile.pow(2).div_ceil(vru.units_per_core);
+            share.max(vru.pixels_per_unit)
+        }
+    };
+    let accumulators = f64::from(m.fovea.accumulators.max(1));
+    f64::from(held) * accumulators * copies * swapped * (8.0 * vru.pixel_state.0 as f64)
+}
+
+/// Waits for features.
+pub const FEATURES: Stall = Stall::of("features");
+/// Waits for nothing but colours.
+pub const COLOURS: Stall = Stall::of("colours");
+
+/// An α of a live pixel.
+pub const ALPHA: ActionId = work_id("alpha");
+/// A slot of a pixel that has stopped.
+pub const STOPPED_PIXEL: ActionId = work_id("stopped-pixel");
+const BLEND: ActionId = work_id("blend");
+/// A finished pixel, or as much for a colour of a further level.
+pub const PIXEL_FINISH: ActionId = work_id("pixel-finish");
+const QUEUE_ENTRY: ActionId = work_id("queue-entry");
+/// Features of the chunk that is being rendered.
+pub const FEATURE: BufferId = buffer_id("feature");
+/// Finished pixels on their way to DRAM.
+pub const PIXEL_OUT: BufferId = buffer_id("pixel_out");
 
 /// A chunk, and the tile that ends with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -188,13 +352,13 @@ impl Vru {
     pub(crate) fn charge_unused(&self, entries: u32, actions: &mut ActionCounts) {
         let words = self.features.words_of_records(u64::from(entries), self.feature);
         let bytes = words * self.features.word();
-        actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Feature), bytes);
+        actions.charge(Phase::Rendering, sram_write(FEATURE), bytes);
     }
 }
 
 impl Unit for Vru {
     type Work = Render;
-    const NAME: &'static str = UnitKind::Vru.name();
+    const STAGE: StageId = stage_id(VRU.key);
 
     fn cycles(&self, work: &Render) -> u64 {
         let units = u64::from(self.spec.units_per_core);
@@ -225,28 +389,28 @@ impl Unit for Vru {
     }
 
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
-        let stage = Stage::Rendering;
+        let stage = Phase::Rendering;
         let alphas = self.alphas(work);
         let live = u64::from(self.executed(&work.chunk).live_evaluations).min(alphas);
-        actions.charge(stage, Action::Alpha, live + self.second_alphas(&work.chunk));
-        actions.charge(stage, Action::StoppedPixel, alphas - live);
+        actions.charge(stage, ALPHA, live + self.second_alphas(&work.chunk));
+        actions.charge(stage, STOPPED_PIXEL, alphas - live);
         let features = self.feature_words(&work.chunk) * self.features.word();
-        actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
+        actions.charge(stage, sram_write(FEATURE), features);
         let features = self.feature_reads(work) * self.features.word();
-        actions.charge(stage, Action::SramRead(Buffer::Feature), features);
+        actions.charge(stage, sram_read(FEATURE), features);
         if let Some(run) = &work.run {
-            actions.charge(stage, Action::QueueEntry, run.queued);
+            actions.charge(stage, QUEUE_ENTRY, run.queued);
             let state = run.switches * self.swapped * self.pixels.word();
-            actions.charge(stage, Action::SramWrite(Buffer::PixelOut), state);
-            actions.charge(stage, Action::SramRead(Buffer::PixelOut), state);
+            actions.charge(stage, sram_write(PIXEL_OUT), state);
+            actions.charge(stage, sram_read(PIXEL_OUT), state);
         }
         if let Some(tile) = &work.last {
-            actions.charge(stage, Action::Blend, tile.blends + tile.blends_2);
+            actions.charge(stage, BLEND, tile.blends + tile.blends_2);
             let finished = u64::from(tile.pixels) + MIX_AS_PIXELS * u64::from(tile.mixed);
-            actions.charge(stage, Action::PixelFinish, finished);
+            actions.charge(stage, PIXEL_FINISH, finished);
             let pixels = self.pixels.words(self.pixel_bytes(tile)) * self.pixels.word();
-            actions.charge(stage, Action::SramWrite(Buffer::PixelOut), pixels);
-            actions.charge(stage, Action::SramRead(Buffer::PixelOut), pixels);
+            actions.charge(stage, sram_write(PIXEL_OUT), pixels);
+            actions.charge(stage, sram_read(PIXEL_OUT), pixels);
         }
     }
 }

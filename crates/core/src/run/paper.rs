@@ -7,8 +7,8 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files};
 use super::input::Input;
 use crate::sim::paper::UnitPrices;
+use crate::stage::EnergyTable;
 use crate::workload::paper::Padding;
-use powergs_energy::EnergyTable;
 
 /// The energy table of the model.
 const TABLE: &str = "paper";

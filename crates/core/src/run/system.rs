@@ -19,9 +19,10 @@ use super::input::Input;
 use crate::accel::machine::{DramModel, NO_DEVICE};
 use crate::accel::{Machine, UnitRules};
 use crate::sim::{self, SimError};
+use crate::stage::EnergyTable;
 use crate::workload::FrameWorkload;
 use powergs_dram::Device;
-use powergs_energy::{EnergyTable, Prices, accelergy, same_costs};
+use powergs_energy::{Prices, accelergy, same_costs};
 
 /// Which system: names of files that come with the program, or paths.
 #[derive(Debug, Clone, Default)]

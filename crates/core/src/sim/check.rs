@@ -3,11 +3,12 @@
 use super::FrameReport;
 use crate::accel::machine::FeatureSource;
 use crate::accel::{FrameReplay, FrameTiming, Machine, RuleError};
+use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry, binning};
 use powergs_base::budget::OverBudget;
 use powergs_energy::Prices;
-use powergs_energy::action::{Action, Stage};
+use powergs_energy::action::Phase;
 
 /// Relative tolerance of sums of energies: they are added in different orders.
 const ENERGY_TOLERANCE: f64 = 1e-9;
@@ -214,16 +215,16 @@ pub fn traffic(frame: usize, replay: &FrameReplay) -> Result<(), InvariantViolat
         charged: format!("{}, {}", charged.0, charged.1),
         served: format!("{}, {}", served.0, served.1),
     };
-    for (stage, by_stage) in Stage::WORK.into_iter().zip(replay.served.stages) {
+    for (stage, by_stage) in Phase::WORK.into_iter().zip(replay.served.stages) {
         let count = |action| actions.count(stage, action);
-        let charged = (count(Action::DramRead), count(Action::DramWrite));
+        let charged = (count(DRAM_READ), count(DRAM_WRITE));
         let served = (by_stage.read, by_stage.write);
         if charged != served {
             return Err(broken(stage.name(), charged, served));
         }
     }
     let total = |action| actions.total(action);
-    let charged = (total(Action::DramRead), total(Action::DramWrite));
+    let charged = (total(DRAM_READ), total(DRAM_WRITE));
     let served = (timing.dram.read_bytes, timing.dram.write_bytes);
     if charged == served { Ok(()) } else { Err(broken("total", charged, served)) }
 }
@@ -280,7 +281,7 @@ pub fn timing(
         let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
         let expected = u64::from(unit.instances) * timing.frame;
         if accounted != expected {
-            let unit = unit.unit.name();
+            let unit = stage(unit.unit).key;
             return Err(InvariantViolated::Cycles { frame, unit, accounted, expected });
         }
     }
@@ -313,8 +314,8 @@ pub fn timing(
 /// # Errors
 /// [`InvariantViolated::Energy`].
 pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), InvariantViolated> {
-    let work: f64 =
-        Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
+    let priced = |(a, _)| report.actions.total(a) as f64 * prices.of(a).0;
+    let work: f64 = hardware().actions().map(priced).sum();
     let commands = report.timing().and_then(|t| t.dram.commands.as_ref());
     let commands = commands.map_or(0.0, |c| prices.commands(&c.total()).0);
     let standby: f64 = report.standby.running_w.iter().sum();

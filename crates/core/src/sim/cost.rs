@@ -1,12 +1,12 @@
 //! Costs of a machine that do not depend on a frame: prices, and the peak power of each block.
 
 use crate::accel::Machine;
-use crate::accel::bsu::network;
-use crate::accel::machine::{DramModel, Fetch};
+use crate::accel::machine::DramModel;
+use crate::stage::{self, EnergyTable};
 use powergs_dram::{CommandPrices, Device};
-use powergs_energy::action::{Action, Buffer, UnitKind};
+use powergs_energy::hardware::{Does, Unpriced};
 use powergs_energy::table::PriceError;
-use powergs_energy::{Area, Built, DramCosts, EnergyTable, Prices};
+use powergs_energy::{Built, DramCosts, Prices};
 
 /// The prices of `table` on `machine`. DRAM prices are those of its device where the DRAM model
 /// counts commands.
@@ -47,40 +47,40 @@ pub fn device_costs(device: &Device) -> DramCosts {
 }
 
 /// Power of every block of the chip when each does all that it can in every cycle, leakage
-/// included: a bound. Names as in [`Area::blocks`], colour units in the rendering units; DRAM is
-/// another chip.
+/// included: a bound. Units, then buffers; DRAM is another chip.
 pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
-    let pj = |actions: &[Action]| actions.iter().map(|&a| prices.of(a).0).sum::<f64>();
-    let (ccu, gsu) = (&machine.ccu, &machine.gsu);
-    let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare];
-    let colour = pj(&[Action::ShColour]);
-    let in_ccu = if ccu.fetch == Fetch::LazyColour { 0.0 } else { colour };
-    let per_cycle = [
-        (pj(&gaussian) + in_ccu) * ccu.gaussians_per_cycle()
-            + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
-        pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
-        pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64
-            + pj(&[Action::SortedRow]).max(pj(&[Action::MergedRow])),
-        pj(&[Action::Alpha, Action::Blend]),
-    ];
+    let hardware = stage::hardware();
+    let pj = |wanted: &dyn Fn(Does) -> bool| {
+        hardware.action(wanted).map_or(0.0, |action| prices.of(action).0)
+    };
     let inventory = machine.inventory();
     let watts = machine.clock.0 * 1e-12;
     let mut blocks = Vec::new();
-    for (i, name) in Area::UNITS.into_iter().enumerate() {
-        let clock = pj(&[Action::Clock(UnitKind::ALL[i])]);
-        let mut dynamic = (per_cycle[i] + clock) * f64::from(inventory.units[i]);
-        if name == UnitKind::Vru.name() {
-            let one = f64::from(ccu.operations.sh_colour.max(1));
-            dynamic += colour * inventory.colour_operations / one;
+    for ((id, unit), leakage) in hardware.units().zip(&prices.unit_leakage_w) {
+        let mut per_cycle = pj(&|does| does == Does::Clock(id));
+        // Of what one action may be made into, a unit does one kind at a time.
+        let mut made = 0.0_f64;
+        for (key, times) in stage::stage(id).a_cycle(machine) {
+            let work = |does| matches!(does, Does::Work(_, work) if work.key == key);
+            let is_made = hardware.action(work).is_some_and(|action| {
+                matches!(hardware.does(action), Does::Work(_, work)
+                    if matches!(work.unpriced, Unpriced::MadeOf(_)))
+            });
+            match is_made {
+                true => made = made.max(pj(&work) * times),
+                false => per_cycle += pj(&work) * times,
+            }
         }
-        blocks.push((name, dynamic * watts + prices.unit_leakage_w[i]));
+        let units = f64::from(inventory.units[id.index()]);
+        blocks.push((unit.key, (per_cycle + made) * units * watts + leakage));
     }
-    for (buffer, memory) in Buffer::ALL.into_iter().zip(&inventory.memories) {
-        let (read, write) = (pj(&[Action::SramRead(buffer)]), pj(&[Action::SramWrite(buffer)]));
+    for ((id, buffer), memory) in hardware.buffers().zip(&inventory.memories) {
+        let read = pj(&|does| does == Does::SramRead(id));
+        let write = pj(&|does| does == Does::SramWrite(id));
         let per_byte = if memory.two_ports { read + write } else { read.max(write) };
         let bytes = memory.word.0 as f64 * f64::from(memory.banks);
-        let leakage = prices.sram_leakage_w[buffer as usize];
-        blocks.push((buffer.name(), per_byte * bytes * watts + leakage));
+        let leakage = prices.sram_leakage_w[id.index()];
+        blocks.push((buffer.name, per_byte * bytes * watts + leakage));
     }
     blocks
 }

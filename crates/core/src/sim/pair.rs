@@ -124,18 +124,13 @@ impl Then for CycleReport {
 
 impl Then for FrameTiming {
     fn then(&mut self, next: FrameTiming) {
-        let FrameTiming { frame, preprocessing_end, units, colour, dram, buffers, tile_cycles } =
-            next;
+        let FrameTiming { frame, preprocessing_end, units, dram, buffers, tile_cycles } = next;
         self.frame += frame;
         self.preprocessing_end += preprocessing_end;
         for (unit, next) in self.units.iter_mut().zip(units) {
             unit.busy += next.busy;
             unit.stalls.then(next.stalls);
             unit.idle += next.idle;
-        }
-        if let Some((colour, next)) = self.colour.as_mut().zip(colour) {
-            colour.busy += next.busy;
-            colour.waits += next.waits;
         }
         self.dram.then(dram);
         self.buffers.iter_mut().zip(buffers).for_each(|(a, b)| a.then(b));

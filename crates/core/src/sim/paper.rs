@@ -4,7 +4,7 @@ use super::{FoveaSummary, FrameReport, Label, ModelReport, PaperReport, StageByt
 use crate::workload::FrameWorkload;
 use crate::workload::paper::{Padding, StageCounts, count_frame};
 use powergs_base::quantity::Picojoules;
-use powergs_energy::action::{ActionCounts, Stage};
+use powergs_energy::action::{ActionCounts, Phase};
 use powergs_energy::{Component, EnergyBreakdown, Standby};
 
 /// The three unit prices of the published model.
@@ -53,7 +53,7 @@ pub fn simulate(
 /// Energy of the counts of a frame.
 pub fn breakdown(counts: &[StageCounts; 3], prices: &UnitPrices) -> EnergyBreakdown {
     let mut energy = EnergyBreakdown::default();
-    for (stage, counts) in Stage::WORK.into_iter().zip(counts) {
+    for (stage, counts) in Phase::WORK.into_iter().zip(counts) {
         let dram = (counts.dram_read + counts.dram_write) * prices.dram_pj_per_byte;
         energy.add(stage, Component::Dram, Picojoules(dram));
         energy.add(stage, Component::Sram, Picojoules(counts.sram * prices.sram_pj_per_byte));

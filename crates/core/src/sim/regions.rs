@@ -1,8 +1,9 @@
 //! Costs of the regions of a foveated frame.
 
 use crate::accel::regions::RegionWork;
+use crate::stage::{DRAM_READ, DRAM_WRITE, hardware};
 use powergs_energy::Prices;
-use powergs_energy::action::{Action, Stage};
+use powergs_energy::action::{ActionId, Phase};
 
 use super::Foveal;
 use super::timed::Timed;
@@ -25,16 +26,15 @@ pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<Foveal<RegionRepo
     let fovea = timed.fovea.as_ref()?;
     let bytes = |work: &RegionWork, stage| {
         let count = |action| work.actions.count(stage, action);
-        count(Action::DramRead) + count(Action::DramWrite)
+        count(DRAM_READ) + count(DRAM_WRITE)
     };
     let of = |work: &RegionWork| {
-        let count = |action: Action| work.actions.total(action) as f64;
-        let mut energy_pj: f64 =
-            Action::all().iter().map(|&action| count(action) * prices.of(action).0).sum();
+        let priced = |action: ActionId| work.actions.total(action) as f64 * prices.of(action).0;
+        let mut energy_pj: f64 = hardware().actions().map(|(action, _)| priced(action)).sum();
         if let Some(commands) = &timed.timing.dram.commands {
-            for (stage, made) in Stage::WORK.into_iter().zip(&commands.stages) {
-                let all = timed.actions.count(stage, Action::DramRead)
-                    + timed.actions.count(stage, Action::DramWrite);
+            for (stage, made) in Phase::WORK.into_iter().zip(&commands.stages) {
+                let all =
+                    timed.actions.count(stage, DRAM_READ) + timed.actions.count(stage, DRAM_WRITE);
                 let share = bytes(work, stage) as f64 / all.max(1) as f64;
                 energy_pj += prices.commands(made).0 * share;
             }

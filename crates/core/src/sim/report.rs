@@ -29,7 +29,7 @@ pub struct FrameReport {
     pub sh_degree: Option<ShDegree>,
     /// Workload counters under the machine's geometry.
     pub counters: Counters,
-    /// Bytes and FLOPs by stage, order of `Stage::WORK`.
+    /// Bytes and FLOPs by stage, order of `Phase::WORK`.
     pub stages: [StageBytes; 3],
     /// Action counts; empty in the `paper` model.
     pub actions: ActionCounts,

@@ -12,7 +12,7 @@ mod record;
 
 pub use aggregate::Aggregate;
 pub use key::Key;
-pub use record::Record;
+pub use record::{Record, UnitPart};
 
 use std::sync::LazyLock;
 

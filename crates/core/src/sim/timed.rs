@@ -5,10 +5,13 @@ use super::{
     ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
 };
 use crate::accel::regions::RegionWork;
+use crate::accel::vru::{ALPHA, STOPPED_PIXEL};
 use crate::accel::{self, FrameReplay, FrameTiming, Machine, Memo, UnitCycles};
+use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
-use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_energy::action::{ActionCounts, Phase};
+use powergs_energy::hardware::Does;
 use powergs_energy::{Activity, Prices};
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::Counters;
@@ -81,11 +84,16 @@ fn timed(
     check::timing(frame, &replay.timing, machine)?;
     check::written(frame, workload, machine, &replay, measured.context().reuse.is_some())?;
     let mut actions = replay.actions;
-    for unit in &replay.timing.units {
-        let stage = unit.unit.stage();
-        let awake = unit.busy + unit.stalls.iter().sum::<u64>();
-        actions.charge(stage, Action::Clock(unit.unit), awake);
-        actions.charge(stage, Action::IdleClock(unit.unit), unit.idle);
+    for (action, does) in hardware().actions() {
+        let (unit, is_idle) = match does {
+            Does::Clock(unit) => (unit, false),
+            Does::IdleClock(unit) => (unit, true),
+            _ => continue,
+        };
+        let Some(cycles) = replay.timing.unit(unit) else { continue };
+        let awake = cycles.busy + cycles.stalls.iter().sum::<u64>();
+        let n = if is_idle { cycles.idle } else { awake };
+        actions.charge(stage(unit).phase, action, n);
     }
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
     Ok(Timed {
@@ -119,7 +127,7 @@ pub fn priced(
         actions: &timed.actions,
         // By way of milliseconds: recorded results have this rounding.
         seconds: timed.timing.frame as f64 / timed.clock.0 * 1e3 * 1e-3,
-        idle: idle(&timed.timing),
+        idle: &idle(&timed.timing),
         dram: timed.timing.dram.commands,
     };
     let report = FrameReport {
@@ -129,18 +137,17 @@ pub fn priced(
         eyes: 1,
         sh_degree: label.sh_degree,
         counters: timed.counters,
-        stages: Stage::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
+        stages: Phase::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
         energy: prices.breakdown(&activity),
         actions: timed.actions.clone(),
         standby: prices.standby(&activity),
-        area: prices.area,
+        area: prices.area.clone(),
         phy_standby_w: prices.phy_standby_w,
         display_w: label.display_w,
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timed.timing.clone(),
             clock: timed.clock,
-            executed_evaluations: timed.actions.total(Action::Alpha)
-                + timed.actions.total(Action::StoppedPixel),
+            executed_evaluations: timed.actions.total(ALPHA) + timed.actions.total(STOPPED_PIXEL),
             live_evaluations: timed.live_evaluations,
             unwritten_bytes: timed.unwritten_bytes,
             lists: timed.lists,
@@ -163,7 +170,7 @@ impl FrameReport {
         let activity = Activity {
             actions: &self.actions,
             seconds,
-            idle: idle(timing),
+            idle: &idle(timing),
             dram: timing.dram.commands,
         };
         let prices = prices.of_degree(self.colour_degree());
@@ -172,21 +179,22 @@ impl FrameReport {
     }
 }
 
-/// Share of the frame for which the units of each kind had no work.
-fn idle(timing: &FrameTiming) -> [f64; 4] {
+/// Share of the frame for which the units of each kind had no work, in the order of their numbers.
+fn idle(timing: &FrameTiming) -> Vec<f64> {
     let share = |unit: &UnitCycles| {
         let cycles = timing.frame as f64 * f64::from(unit.instances);
         if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
     };
-    timing.units.each_ref().map(share)
+    hardware().units().map(|(id, _)| timing.unit(id).map_or(0.0, share)).collect()
 }
 
-fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {
-    let sram = |action: &Action| matches!(action, Action::SramRead(_) | Action::SramWrite(_));
+fn stage_bytes(stage: Phase, actions: &ActionCounts) -> StageBytes {
+    let sram = |does| matches!(does, Does::SramRead(_) | Does::SramWrite(_));
+    let all = hardware().actions().filter(|(_, does)| sram(*does));
     StageBytes {
-        read: actions.count(stage, Action::DramRead),
-        write: actions.count(stage, Action::DramWrite),
-        sram: Action::all().iter().filter(|a| sram(a)).map(|&a| actions.count(stage, a)).sum(),
+        read: actions.count(stage, DRAM_READ),
+        write: actions.count(stage, DRAM_WRITE),
+        sram: all.map(|(action, _)| actions.count(stage, action)).sum(),
         flops: 0,
     }
 }

@@ -65,7 +65,7 @@ pub enum Padding {
     Reference,
 }
 
-/// Counts of a frame that was binned with the reference geometry, in the order of `Stage::WORK`.
+/// Counts of a frame that was binned with the reference geometry, in the order of `Phase::WORK`.
 pub fn count_frame(workload: &FrameWorkload, padding: Padding) -> [StageCounts; 3] {
     let tiles: Vec<TileLoad> = workload
         .tiles

@@ -14,9 +14,10 @@ use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::stream::Stream;
 use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
+use powergs_core::stage::{DRAM_READ, DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, TileWork};
 use powergs_dram::device::Order;
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_energy::action::{ActionCounts, Phase};
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
@@ -129,7 +130,7 @@ fn ccu_reads_what_the_policy_says() {
         let ccu = design(|m| (m.ccu.fetch, m.ccu.batch) = (fetch, 1000)).ccu;
         assert_eq!([0, 1, 2].map(|read| ccu.read(&batch, read)), reads);
         assert_eq!(ccu.batch, most);
-        assert_eq!(charged(&ccu, &batch).total(Action::ShColour), colours);
+        assert_eq!(charged(&ccu, &batch).total(work_id("sh-colour")), colours);
         assert_eq!(ccu.written(&batch), 3 * 10 + 7 * 4);
     };
     // 2 KiB of input buffer a unit hold 16 records of 121 bytes, or 113 of 18.
@@ -193,10 +194,10 @@ fn qsu_pass_is_latency_and_keys() {
     // Eight parts in the second pass, four for each unit.
     assert_eq!(qsu.cycles(&keys(2400)), (64 + 7 + 400) + (64 + 4 * 7 + 400));
     let actions = charged(&qsu, &keys(2400));
-    assert_eq!(actions.count(Stage::Sorting, Action::PivotKey), 4800);
+    assert_eq!(actions.count(Phase::Sorting, work_id("pivot-key")), 4800);
     // 4-byte keys: written on arrival and in both passes, read in both.
-    assert_eq!(actions.total(Action::SramWrite(Buffer::Sorting)), 3 * 9600);
-    assert_eq!(actions.total(Action::SramRead(Buffer::Sorting)), 2 * 9600);
+    assert_eq!(actions.total(sram_write(buffer_id("sorting"))), 3 * 9600);
+    assert_eq!(actions.total(sram_read(buffer_id("sorting"))), 2 * 9600);
 }
 
 #[test]
@@ -257,13 +258,13 @@ fn vru_pairs_entries_and_finish() {
     }
     let actions = charged(&vru, &end);
     // One pixel of each pair is live.
-    assert_eq!(actions.count(Stage::Rendering, Action::Alpha), 300);
-    assert_eq!(actions.count(Stage::Rendering, Action::StoppedPixel), 300 * 63);
-    assert_eq!(actions.count(Stage::Rendering, Action::Blend), 77);
-    assert_eq!(actions.count(Stage::Rendering, Action::PixelFinish), 250);
-    assert_eq!(actions.total(Action::ShColour), 0, "colour units do that");
-    assert_eq!(actions.total(Action::SramRead(Buffer::Feature)), 256 * 19);
-    assert_eq!(actions.total(Action::SramWrite(Buffer::PixelOut)), 750);
+    assert_eq!(actions.count(Phase::Rendering, work_id("alpha")), 300);
+    assert_eq!(actions.count(Phase::Rendering, work_id("stopped-pixel")), 300 * 63);
+    assert_eq!(actions.count(Phase::Rendering, work_id("blend")), 77);
+    assert_eq!(actions.count(Phase::Rendering, work_id("pixel-finish")), 250);
+    assert_eq!(actions.total(work_id("sh-colour")), 0, "colour units do that");
+    assert_eq!(actions.total(sram_read(buffer_id("feature"))), 256 * 19);
+    assert_eq!(actions.total(sram_write(buffer_id("pixel_out"))), 750);
 }
 
 fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
@@ -330,7 +331,7 @@ fn rooms_admit_what_fits_and_anything_when_empty() {
     room.fill(10, 30);
     room.release(15, 60);
     room.discard(20, 30);
-    let seen = usage(Buffer::Feature, [&room, &room].into_iter());
+    let seen = usage(buffer_id("feature"), [&room, &room].into_iter());
     assert_eq!((seen.capacity, seen.peak, seen.filled), (200, 180, 180));
     assert_eq!((seen.consumed, seen.discarded), (120, 60));
     assert_eq!(seen.byte_cycles, 2 * (10 * 60 + 5 * 90 + 5 * 30));
@@ -381,8 +382,8 @@ fn traffic_of_a_frame_has_a_closed_form() {
         assert_eq!((pre.read, pre.write), (read, 300 * 10 + pairs * 4));
         assert_eq!((sort.read, sort.write), (pairs * 4, 0));
         assert_eq!((render.read, render.write), (356 * 19 + colours, 512 * 3));
-        assert_eq!(replay.actions.count(Stage::Rendering, Action::DramRead), render.read);
-        assert_eq!(replay.actions.total(Action::DramWrite), replay.served.total().write);
+        assert_eq!(replay.actions.count(Phase::Rendering, DRAM_READ), render.read);
+        assert_eq!(replay.actions.total(DRAM_WRITE), replay.served.total().write);
     }
     machine.record.position = Bytes(0);
     assert_eq!(replay(&frame, &machine).served.stages[0].read, 700 * 12);

@@ -3,7 +3,8 @@
 use powergs_base::quantity::Bytes;
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::FrameReport;
-use powergs_energy::action::{Action, Buffer};
+use powergs_core::stage::{DRAM_READ, buffer_id, sram_read, sram_write, work_id};
+
 use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};
@@ -47,15 +48,15 @@ fn every_colour_reads_an_entry_and_spares_its_coefficients() {
     // Colours by CCUs before sorting, and by cores when a tile first loads a splat.
     for machine in ["gscore", "gscore-powergs"] {
         let (without, with) = (replayed(machine, &[]), replayed(machine, &BOOK));
-        let colours = with.actions.total(Action::ShColour);
-        assert!(colours > 0 && colours == without.actions.total(Action::ShColour));
+        let colours = with.actions.total(work_id("sh-colour"));
+        assert!(colours > 0 && colours == without.actions.total(work_id("sh-colour")));
         // 90 B are three words of 32 B.
-        let looked_up = |r: &FrameReport| r.actions.total(Action::SramRead(Buffer::Codebook));
+        let looked_up = |r: &FrameReport| r.actions.total(sram_read(buffer_id("codebook")));
         assert_eq!([looked_up(&without), looked_up(&with)], [0, 96 * colours], "{machine}");
-        assert_eq!(with.actions.total(Action::SramWrite(Buffer::Codebook)), 0, "it stays");
+        assert_eq!(with.actions.total(sram_write(buffer_id("codebook"))), 0, "it stays");
         // Constant colours have no entries.
         assert_eq!(looked_up(&of_degree(0, machine, &BOOK)), 0, "{machine}");
-        let read = |r: &FrameReport| r.actions.total(Action::DramRead);
+        let read = |r: &FrameReport| r.actions.total(DRAM_READ);
         let record = system(machine, &[]).machine().record.colour.0;
         assert_eq!(read(&without) - read(&with), (record - 8) * colours, "{machine}");
     }
@@ -69,7 +70,7 @@ fn a_machine_with_entries_has_the_record_of_them() {
         assert_eq!(said.actions, replayed(machine, &BOOK).actions, "{machine}");
     }
     // Without coefficients in the record its bytes are what they are.
-    let read = |sets: &[&str]| replayed("gscore", sets).actions.total(Action::DramRead);
+    let read = |sets: &[&str]| replayed("gscore", sets).actions.total(DRAM_READ);
     let fixed = ["record.colour-extra=96 B"];
     assert_eq!(read(&[&fixed[..], &BOOK[3..]].concat()), read(&fixed));
 }
@@ -78,7 +79,7 @@ fn a_machine_with_entries_has_the_record_of_them() {
 fn each_unit_has_a_copy_with_area_and_leakage() {
     let book = |sets: &[&str]| {
         let memory =
-            |system: &System| system.machine().inventory().memories[Buffer::Codebook as usize];
+            |system: &System| system.machine().inventory().memories[buffer_id("codebook").index()];
         memory(&system("gscore", &[&BOOK, sets].concat()))
     };
     assert_eq!(system("gscore", &[]).machine().inventory().memories[8].banks, 0);

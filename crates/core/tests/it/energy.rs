@@ -9,11 +9,12 @@ use powergs_core::sim::statistics;
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
 };
+use powergs_core::stage::EnergyTable;
+use powergs_core::stage::{DRAM_READ, DRAM_WRITE, hardware};
 use powergs_core::workload::FrameWorkload;
 use powergs_dram::{CommandPrices, DramCommands, StageCommands};
-use powergs_energy::action::{Action, ActionCounts, Stage};
-use powergs_energy::prices::component_of;
-use powergs_energy::{Activity, Component, DramCosts, EnergyTable, Prices};
+use powergs_energy::action::{ActionCounts, Phase};
+use powergs_energy::{Activity, Component, DramCosts, Prices};
 
 mod accelergy;
 mod alive;
@@ -24,12 +25,13 @@ mod supply;
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
 fn prices() -> Prices {
-    let per_action: [f64; Action::COUNT] = std::array::from_fn(|i| (i + 1) as f64);
-    let [read_pj, write_pj] = [Action::DramRead, Action::DramWrite].map(|a| per_action[a.index()]);
+    let per_action: Vec<f64> = (1..=hardware().actions().count()).map(|i| i as f64).collect();
+    let [read_pj, write_pj] = [DRAM_READ, DRAM_WRITE].map(|a| per_action[a.index()]);
     Prices {
+        hardware: hardware(),
         per_action,
-        unit_leakage_w: [0.0625, 0.03125, 0.03125, 0.0625],
-        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        unit_leakage_w: vec![0.0625, 0.03125, 0.03125, 0.0625, 0.0],
+        sram_leakage_w: vec![0.0625, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         idle_leakage: 1.0,
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,
@@ -65,8 +67,8 @@ pub const UNLIKE: [&str; 19] = [
 /// Prices of commands, no two of them alike.
 fn commands() -> Prices {
     let mut prices = prices();
-    prices.per_action[Action::DramRead.index()] = 0.0;
-    prices.per_action[Action::DramWrite.index()] = 0.0;
+    prices.per_action[DRAM_READ.index()] = 0.0;
+    prices.per_action[DRAM_WRITE.index()] = 0.0;
     prices.dram = DramCosts::Commands(CommandPrices {
         activate_pj: 101.0,
         read_pj: 200.0,
@@ -83,7 +85,7 @@ fn commands() -> Prices {
 }
 
 fn activity(actions: &ActionCounts, seconds: f64) -> Activity<'_> {
-    Activity { actions, seconds, idle: [0.0; 4], dram: None }
+    Activity { actions, seconds, idle: &[0.0; 5], dram: None }
 }
 
 fn small() -> (Machine, FrameWorkload) {
@@ -100,12 +102,12 @@ fn report() -> FrameReport {
 
 #[test]
 fn every_action_is_priced_once_in_its_component() {
-    for (i, action) in Action::all().into_iter().enumerate() {
+    for (i, (action, does)) in hardware().actions().enumerate() {
         let mut actions = ActionCounts::default();
-        actions.charge(Stage::Sorting, action, 10);
+        actions.charge(Phase::Sorting, action, 10);
         let energy = prices().breakdown(&activity(&actions, 0.0));
         assert_eq!(action.index(), i);
-        assert_eq!(energy.part(Stage::Sorting, component_of(action)).0, 10.0 * (i + 1) as f64);
+        assert_eq!(energy.part(Phase::Sorting, does.component()).0, 10.0 * (i + 1) as f64);
         assert_eq!(energy.total().0, 10.0 * (i + 1) as f64, "{action:?}");
     }
 }
@@ -113,29 +115,29 @@ fn every_action_is_priced_once_in_its_component() {
 #[test]
 fn standby_is_paid_for_time() {
     let energy = prices().breakdown(&activity(&ActionCounts::default(), 2e-3));
-    assert_eq!(energy.part(Stage::Standby, Component::Leakage).0, 0.25 * 2e-3 * 1e12);
-    assert_eq!(energy.part(Stage::Standby, Component::Background).0, 0.375 * 2e-3 * 1e12);
-    assert_eq!(energy.part(Stage::Standby, Component::Refresh).0, 0.125 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Phase::Standby, Component::Leakage).0, 0.25 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Phase::Standby, Component::Background).0, 0.375 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Phase::Standby, Component::Refresh).0, 0.125 * 2e-3 * 1e12);
     assert_eq!(energy.dynamic().0, 0.0);
 }
 
 #[test]
 fn commands_cost_what_they_are_and_bytes_nothing() {
     let mut actions = ActionCounts::default();
-    actions.charge(Stage::Rendering, Action::DramRead, 1_000_000);
+    actions.charge(Phase::Rendering, DRAM_READ, 1_000_000);
     let mut work = DramCommands { refreshes: 7, ..DramCommands::default() };
     work.stages[1] = StageCommands { reads: 2, writes: 3, activates: 5 };
     let done = Activity { dram: Some(work), ..activity(&actions, 1e-3) };
     let energy = commands().breakdown(&done);
-    assert_eq!(energy.part(Stage::Sorting, Component::Dram).0, 2.0 * 211.0 + 3.0 * 307.0 + 505.0);
-    assert_eq!(energy.part(Stage::Rendering, Component::Dram).0, 0.0);
-    let refresh = energy.part(Stage::Standby, Component::Refresh).0;
+    assert_eq!(energy.part(Phase::Sorting, Component::Dram).0, 2.0 * 211.0 + 3.0 * 307.0 + 505.0);
+    assert_eq!(energy.part(Phase::Rendering, Component::Dram).0, 0.0);
+    let refresh = energy.part(Phase::Standby, Component::Refresh).0;
     // From energy to power and back: a few roundings.
     assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
     // Eight refreshes of one bank cost as much as one of all banks.
     let both = DramCommands { refreshes: 6, bank_refreshes: 8, ..work };
     let both = commands().breakdown(&Activity { dram: Some(both), ..done });
-    assert_eq!(both.part(Stage::Standby, Component::Refresh).0, refresh);
+    assert_eq!(both.part(Phase::Standby, Component::Refresh).0, refresh);
     let standby = commands().standby(&done);
     assert_eq!(standby.running_w[1..], [0.5, 7.0 * 401.0 * 1e-12 / 1e-3]);
     assert_eq!(standby.idle_w[1..], [0.0625, 0.03125]);
@@ -144,7 +146,7 @@ fn commands_cost_what_they_are_and_bytes_nothing() {
 #[test]
 fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
     let actions = ActionCounts::default();
-    let done = Activity { idle: [0.5, 1.0, 0.0, 0.25], ..activity(&actions, 1e-3) };
+    let done = Activity { idle: &[0.5, 1.0, 0.0, 0.25, 0.0], ..activity(&actions, 1e-3) };
     let mut gated = prices();
     gated.idle_leakage = 0.25;
     let standby = gated.standby(&done);
@@ -196,7 +198,7 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
     machine.dram.model = DramModel::Bandwidth;
     let bytes = cost::prices(&table, &machine).unwrap();
-    assert_eq!([Action::DramRead, Action::DramWrite].map(|a| bytes.of(a).0), [64.0; 2]);
+    assert_eq!([DRAM_READ, DRAM_WRITE].map(|a| bytes.of(a).0), [64.0; 2]);
     let commands_only = {
         let mut table = table.clone();
         table.dram.flat = None;
@@ -212,7 +214,7 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let prices = cost::prices(&table, &machine).unwrap();
     let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
     let commands = report.timing().unwrap().dram.commands.unwrap();
-    for (stage, used) in Stage::WORK.into_iter().zip(commands.stages) {
+    for (stage, used) in Phase::WORK.into_iter().zip(commands.stages) {
         // Half of the published prices (A40): activate 1205, read 1348 + 821, write 990 + 298 pJ.
         let pj =
             used.activates as f64 * 602.5 + used.reads as f64 * 1084.5 + used.writes as f64 * 644.0;
@@ -243,20 +245,20 @@ fn frames_that_evaluate_as_much_and_blend_more_take_more() {
         [few, many].map(|frame| simulate(Label::default(), &frame, &machine, &prices).unwrap());
     assert_eq!(many.timing().unwrap().frame, few.timing().unwrap().frame);
     assert_eq!(many.counters.alpha_evaluations, few.counters.alpha_evaluations);
-    let rendering = |r: &FrameReport| r.energy.stage(Stage::Rendering).0;
+    let rendering = |r: &FrameReport| r.energy.stage(Phase::Rendering).0;
     assert!(rendering(&many) > 1.1 * rendering(&few), "{:?}", [&few, &many].map(rendering));
 }
 
 #[test]
 fn parts_sum_to_totals() {
     let energy = report().energy;
-    let by_stage: f64 = Stage::ALL.iter().map(|&s| energy.stage(s).0).sum();
+    let by_stage: f64 = Phase::ALL.iter().map(|&s| energy.stage(s).0).sum();
     let by_component: f64 = Component::ALL.iter().map(|&c| energy.component(c).0).sum();
     let total = energy.total().0;
     // Sums of some twenty terms in different orders.
     assert!((by_stage - total).abs() <= 1e-12 * total);
     assert!((by_component - total).abs() <= 1e-12 * total);
-    assert_eq!(energy.stage(Stage::Standby) + energy.dynamic(), energy.total());
+    assert_eq!(energy.stage(Phase::Standby) + energy.dynamic(), energy.total());
 }
 
 #[test]
@@ -301,9 +303,9 @@ fn power_at_a_rate_that_is_missed_is_power_at_full_rate() {
 #[test]
 fn reports_repeat_the_charges_by_stage() {
     let report = report();
-    for (stage, bytes) in Stage::WORK.into_iter().zip(report.stages) {
-        assert_eq!(bytes.read, report.actions.count(stage, Action::DramRead));
-        assert_eq!(bytes.write, report.actions.count(stage, Action::DramWrite));
+    for (stage, bytes) in Phase::WORK.into_iter().zip(report.stages) {
+        assert_eq!(bytes.read, report.actions.count(stage, DRAM_READ));
+        assert_eq!(bytes.write, report.actions.count(stage, DRAM_WRITE));
         assert!(bytes.sram > 0);
     }
     assert_eq!(report.cycle().unwrap().executed_evaluations, 3 * 560 * 64);
@@ -343,7 +345,7 @@ fn breaches_are_found_and_named() {
     let bytes = check::traffic(0, &bytes).unwrap_err().to_string();
     assert!(bytes.contains("sorting needs"), "{bytes}");
     let mut bad = report();
-    bad.energy.add(Stage::Rendering, Component::Flop, bad.energy.total() * 2e-9);
+    bad.energy.add(Phase::Rendering, Component::Flop, bad.energy.total() * 2e-9);
     assert!(matches!(check::energy(&bad, &prices()), Err(InvariantViolated::Energy { .. })));
     let mut other = machine.clone();
     other.geometry.chunk = 128;
@@ -359,7 +361,7 @@ fn one_timing_is_priced_by_several_tables() {
     let one = priced(label.clone(), &timed, &prices()).unwrap();
     assert_eq!(one, simulate(label.clone(), &frame, &machine, &prices()).unwrap());
     let mut dearer = prices();
-    dearer.per_action[Action::DramRead.index()] *= 2.0;
+    dearer.per_action[DRAM_READ.index()] *= 2.0;
     let other = priced(label.clone(), &timed, &dearer).unwrap();
     assert!(other.energy.total().0 > one.energy.total().0);
     assert_eq!(other, simulate(label, &frame, &machine, &dearer).unwrap());

@@ -5,9 +5,10 @@ use std::io::Cursor;
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::{Machine, replay};
 use powergs_core::sim::{Incompatible, Label, SimError, cost, simulate};
+use powergs_core::stage::EnergyTable;
+use powergs_core::stage::hardware;
 use powergs_core::workload::{ChunkWork, FrameWorkload, Geometry, TileWork, bin};
-use powergs_energy::EnergyTable;
-use powergs_energy::action::{Action, Stage};
+use powergs_energy::action::Phase;
 use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_raster::{Detail, FoveatedFrame, Options, render, render_foveated};
@@ -150,8 +151,8 @@ fn regions_add_up() {
         let replay = replay(&w, &machine);
         let regions = replay.regions.as_ref().expect("a foveated frame");
         let mut tiles = 0;
-        for stage in [Stage::Sorting, Stage::Rendering] {
-            for action in Action::all() {
+        for stage in [Phase::Sorting, Phase::Rendering] {
+            for (action, _) in hardware().actions() {
                 let sum: u64 = regions.iter().map(|r| r.actions.count(stage, action)).sum();
                 let all = replay.actions.count(stage, action);
                 let vain = replay.speculation.count(stage, action);
@@ -184,7 +185,7 @@ fn accumulators_take_time_or_area() {
         ["fovea.accumulators=1", "fovea.accumulators=2"].map(|set| on(&[set]).expect("a frame"));
     let cycles = |r: &powergs_core::sim::FrameReport| r.timing().expect("timed").frame;
     assert!(cycles(&two) < cycles(&one), "{} {}", cycles(&two), cycles(&one));
-    let vru = |r: &powergs_core::sim::FrameReport| r.area.expect("area").units[3].0;
+    let vru = |r: &powergs_core::sim::FrameReport| r.area.as_ref().expect("area").units[3].0;
     assert!((vru(&two) / vru(&one) - 1.555).abs() < 1e-12);
     let energy: f64 = one.regions().expect("regions").iter().map(|r| r.energy_pj).sum();
     assert!(energy > 0.0 && energy < one.energy.dynamic().0);

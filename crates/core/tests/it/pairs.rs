@@ -187,7 +187,7 @@ fn a_report_is_priced_again_without_its_frame() {
                     let again = report.power_with_w(system.prices(), fps).expect("counts");
                     let was = report.power_display_rate_w(fps);
                     assert_relative_eq!(again, was, max_relative = 1e-9);
-                    let mut dear = *system.prices();
+                    let mut dear = system.prices().clone();
                     dear.per_action.iter_mut().for_each(|pj| *pj *= 2.0);
                     let more = report.power_with_w(&dear, fps).expect("counts");
                     assert!(more > 1.005 * was, "{name}: {more} W, and {was} W before");

@@ -7,7 +7,7 @@ use powergs_core::workload::paper::{
 };
 use powergs_core::workload::{Geometry, bin};
 use powergs_energy::Component;
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_raster::{Detail, Options, render};
 use powergs_testkit::scenes::{floats, load};
@@ -29,7 +29,7 @@ fn check(counts: &[StageCounts; 3], expected: &Value) {
     let energy = breakdown(counts, &UnitPrices::PUBLISHED);
     let watts = |picojoules: f64| picojoules * 1e-12 * 60.0;
     let mut checked = 0;
-    for (stage, c) in Stage::WORK.into_iter().zip(counts) {
+    for (stage, c) in Phase::WORK.into_iter().zip(counts) {
         let name = stage.name();
         checked += close(&format!("{name}_dram"), c.dram_read + c.dram_write);
         checked += close(&format!("{name}_sram"), c.sram);
@@ -96,7 +96,7 @@ fn a_rendered_and_binned_frame_costs_what_the_reference_says() {
     assert_eq!(report.power_full_rate_w(), None);
     assert!(!report.misses_deadline(1e9), "no time, no deadline");
     let bytes = report.stages.map(|s| (s.read + s.write) as f64);
-    let want = Stage::WORK
+    let want = Phase::WORK
         .map(|s| expected["power_true_tiles"][format!("{}_dram", s.name())].as_f64().unwrap());
     assert_eq!(bytes, want);
     assert_eq!(Model::Paper.name(), "paper");

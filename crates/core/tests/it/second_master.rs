@@ -2,7 +2,8 @@
 
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::FrameReport;
-use powergs_energy::action::Action;
+use powergs_core::stage::{DRAM_READ, hardware};
+use powergs_energy::hardware::Does;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};
 use powergs_testkit::scenes::{front_camera, random_scene};
@@ -76,9 +77,9 @@ fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
         let shared = replayed(model, &["dram.second-master.rate=4 GB/s", DEEP]);
         // Units that wait are clocked.
         let done = |r: &FrameReport| {
-            let clock = |a: &Action| matches!(a, Action::Clock(_) | Action::IdleClock(_));
-            let all = Action::all().into_iter().filter(|action| !clock(action));
-            all.map(|action| r.actions.total(action)).collect::<Vec<_>>()
+            let clock = |does| matches!(does, Does::Clock(_) | Does::IdleClock(_));
+            let all = hardware().actions().filter(|(_, does)| !clock(*does));
+            all.map(|(action, _)| r.actions.total(action)).collect::<Vec<_>>()
         };
         let work = |r: &FrameReport| (done(r), r.stages, r.energy.dynamic().0);
         if model == "bandwidth" {
@@ -88,7 +89,7 @@ fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
             assert_eq!((done(&alone), alone.stages), (done(&shared), shared.stages));
         }
         let dram = &shared.timing().expect("timed").dram;
-        assert_eq!(dram.read_bytes, shared.actions.total(Action::DramRead));
+        assert_eq!(dram.read_bytes, shared.actions.total(DRAM_READ));
         let seconds = shared.frame_time_s().expect("timed");
         let rate = dram.second_master_bytes as f64 / seconds;
         assert!((rate / 4e9 - 1.0).abs() < 0.02, "{model}: {rate}");

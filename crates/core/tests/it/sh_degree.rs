@@ -4,10 +4,11 @@ use powergs_core::accel::ResolvedUnits;
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::paper::{self, UnitPrices};
 use powergs_core::sim::{FrameReport, Label};
+use powergs_core::stage::{DRAM_READ, work_id};
 use powergs_core::workload::paper::Padding;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::Component::Flop;
-use powergs_energy::action::{Action, Stage};
+use powergs_energy::action::Phase;
 use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};
@@ -68,17 +69,17 @@ fn replayed(degree: Option<u8>, sets: &[&str]) -> FrameReport {
 fn bytes_and_energy_of_a_frame_follow_the_degree() {
     for sets in [&[][..], &["ccu.fetch=geometry-first"], &["dram.model=banked"]] {
         let reports = [0, 1, 2, 3].map(|degree| replayed(Some(degree), sets));
-        let colours = reports.each_ref().map(|r| r.actions.total(Action::ShColour));
+        let colours = reports.each_ref().map(|r| r.actions.total(work_id("sh-colour")));
         assert!(colours[0] > 0 && colours == [colours[0]; 4], "{colours:?}");
-        let bytes = reports.each_ref().map(|r| r.actions.total(Action::DramRead));
+        let bytes = reports.each_ref().map(|r| r.actions.total(DRAM_READ));
         assert_eq!(bytes[3] - bytes[0], colours[0] * (103 - 13), "{sets:?}");
         assert_eq!(bytes[2] - bytes[1], colours[0] * (61 - 31), "{sets:?}");
         let energy = reports.each_ref().map(|r| r.energy.total().0);
         assert!(energy.is_sorted() && energy[0] < energy[3], "{energy:?}");
     }
     // Colours alone: 35.35 pJ for 133 operations.
-    let arithmetic = |degree| replayed(Some(degree), &[]).energy.part(Stage::Rendering, Flop).0;
-    let n = replayed(Some(0), &[]).actions.total(Action::ShColour) as f64;
+    let arithmetic = |degree| replayed(Some(degree), &[]).energy.part(Phase::Rendering, Flop).0;
+    let n = replayed(Some(0), &[]).actions.total(work_id("sh-colour")) as f64;
     let saved = arithmetic(3) - arithmetic(0);
     let due = n * 35.35 * (133.0 - 6.0) / 133.0;
     assert!((saved - due).abs() < 1e-6 * due, "{saved} pJ, {due} pJ expected");

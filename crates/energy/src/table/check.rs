@@ -1,34 +1,26 @@
 //! Consistency of an energy table, beyond the shape of its keys.
 
-use super::sram::key_of;
 use super::{
-    ActionPrice, BytePrice, EnergyTable, Parts, PowerPrice, SramCacti, SramMacro, SramPrices,
-    SramTable,
+    ActionPrice, BytePrice, EnergyTable, PowerPrice, SramCacti, SramMacro, SramPrices, SramTable,
 };
-use crate::action::{Action, Buffer, Part, UnitKind};
+use crate::hardware::{Catalogue, Does, Unpriced};
 use powergs_base::config::references::is_source;
 
 type Found = Vec<(String, String)>;
 
 /// Every contradiction, as (key, what is wrong and what to do).
-pub(super) fn problems(table: &EnergyTable) -> Found {
+pub(super) fn problems<C: Catalogue>(table: &EnergyTable<C>) -> Found {
     let mut found = Vec::new();
-    for (key, price) in actions(table) {
-        action(&key, price, table.flop.is_some(), &mut found);
+    for (key, price) in table.actions.iter() {
+        action(&format!("actions.{key}"), price, table.flop.is_some(), &mut found);
     }
     if let Some(flop) = &table.flop {
         action("flop", flop, false, &mut found);
     }
-    let leakage = &table.leakage;
-    let powers = [
-        ("leakage.ccu", &leakage.ccu),
-        ("leakage.qsu", &leakage.qsu),
-        ("leakage.bsu", &leakage.bsu),
-        ("leakage.vru", &leakage.vru),
-    ];
-    for (key, price) in powers {
-        power(key, price, &mut found);
+    for (unit, price) in table.leakage.iter() {
+        power(&format!("leakage.{unit}"), price, &mut found);
     }
+    whole(table, &mut found);
     clock(table, &mut found);
     rows(table, &mut found);
     numbers(table, &mut found);
@@ -42,12 +34,34 @@ pub(super) fn problems(table: &EnergyTable) -> Found {
     found
 }
 
-fn actions(table: &EnergyTable) -> Vec<(String, &ActionPrice)> {
-    let is_own = |a: &Action| *a != Action::StoppedPixel || table.actions.stopped_pixel.is_some();
-    let arithmetic = |a| Some((a, table.arithmetic(a)?));
-    let all = Action::all();
-    let priced = all.into_iter().filter(is_own).filter_map(arithmetic);
-    priced.map(|(a, price)| (format!("actions.{}", a.key()), price)).collect()
+/// A table that prices something of a unit prices all of it.
+fn whole<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
+    let hardware = C::hardware();
+    for (id, unit) in hardware.units().filter(|(_, unit)| unit.counted_in.is_none()) {
+        let works = hardware.actions().filter_map(|(_, does)| match does {
+            Does::Work(stage, work) if stage == id && work.unpriced == Unpriced::Never => {
+                Some((table.actions.contains_key(work.key), "actions", work.key))
+            }
+            _ => None,
+        });
+        let mut keys: Vec<(bool, &str, &str)> = works.collect();
+        keys.push((table.leakage.contains_key(unit.key), "leakage", unit.key));
+        if let Some(area) = &table.area {
+            keys.push((area.units.contains_key(unit.key), "area", unit.key));
+        }
+        if let Some(clock) = &table.clock {
+            keys.push((clock.contains_key(unit.key), "clock", unit.key));
+        }
+        if keys.iter().any(|(is_there, ..)| *is_there) {
+            for (_, at, key) in keys.into_iter().filter(|(is_there, ..)| !is_there) {
+                let message = format!(
+                    "missing key `{key}` in [{at}]: the table has other prices of the {}",
+                    unit.words
+                );
+                found.push((at.to_owned(), message));
+            }
+        }
+    }
 }
 
 fn action(key: &str, price: &ActionPrice, has_flop: bool, found: &mut Found) {
@@ -76,16 +90,16 @@ fn power(key: &str, price: &PowerPrice, found: &mut Found) {
     source(key, &price.source, found);
 }
 
-fn clock(table: &EnergyTable, found: &mut Found) {
+fn clock<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(clock) = &table.clock else { return };
-    for unit in UnitKind::ALL {
-        let (key, price) = (format!("clock.{}", unit.name()), clock.of(unit));
+    for (unit, price) in clock.iter() {
+        let key = format!("clock.{unit}");
         free(&key, "energy", price.energy.0, false, found);
         source(&key, &price.source, found);
     }
 }
 
-fn numbers(table: &EnergyTable, found: &mut Found) {
+fn numbers<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(numbers) = &table.numbers else { return };
     source("numbers", &numbers.source, found);
     for (i, row) in numbers.formats.iter().enumerate() {
@@ -109,15 +123,30 @@ fn numbers(table: &EnergyTable, found: &mut Found) {
     }
 }
 
-/// A row is priced itself or by its compare-exchanges.
-fn rows(table: &EnergyTable, found: &mut Found) {
+/// What is made of another action is priced itself, with all others that are, or by that action.
+fn rows<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let actions = &table.actions;
-    let rows = [&actions.sorted_row, &actions.merged_row].map(Option::is_some);
-    let both = "`actions` prices rows of a BSU and their compare-exchanges: give both \
-                `sorted-row` and `merged-row` and set `compare-exchange.free = true`, or give \
-                neither";
-    if rows[0] != rows[1] || (rows[0] && !actions.compare_exchange.free) {
-        found.push(("actions.compare-exchange".to_owned(), both.to_owned()));
+    for whole in actions.keys() {
+        let made = C::hardware().actions().filter_map(|(_, does)| match does {
+            Does::Work(_, work) => match work.unpriced {
+                Unpriced::MadeOf(of) if of == whole => Some(work.key),
+                _ => None,
+            },
+            _ => None,
+        });
+        let made: Vec<&str> = made.collect();
+        let priced = made.iter().filter(|key| actions.contains_key(**key)).count();
+        let is_free = actions[whole].free;
+        if priced == 0 || (priced == made.len() && is_free) {
+            continue;
+        }
+        let made: Vec<String> = made.iter().map(|key| format!("`{key}`")).collect();
+        let message = format!(
+            "`actions` prices `{whole}` and what it is made into: give {} and set `{whole}.free = \
+             true`, or give none of them",
+            made.join(" and ")
+        );
+        found.push((format!("actions.{whole}"), message));
     }
 }
 
@@ -146,7 +175,7 @@ fn source(key: &str, source: &str, found: &mut Found) {
     }
 }
 
-fn dram(table: &EnergyTable, found: &mut Found) {
+fn dram<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     if table.dram.flat.is_none() && !table.dram.device {
         let message = "`dram` needs [dram.flat], `device = true` or both";
         found.push(("dram".to_owned(), message.to_owned()));
@@ -165,28 +194,30 @@ fn dram(table: &EnergyTable, found: &mut Found) {
 }
 
 /// Published units are divided over what they consist of.
-fn parts(table: &EnergyTable, found: &mut Found) {
-    let leakage = &table.leakage;
-    let leaks = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
+fn parts<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(parts) = &table.parts else {
-        if table.area.is_some() || leaks.iter().any(|l| !l.free) {
+        if table.area.is_some() || table.leakage.values().any(|l| !l.free) {
             let message = "missing table [parts]: it says what of a unit grows with its widths and \
                            depths; copy it from gscore-28nm (`arch show gscore-28nm`)";
             found.push(("parts".into(), message.into()));
         }
         return;
     };
-    source("parts.colour", &parts.colour.source, found);
-    for part in Part::ALL {
-        source(Parts::key(part), &parts.of(part).source, found);
+    for (stage, factor) in &parts.factors {
+        source(&format!("parts.{stage}"), &factor.source, found);
+    }
+    for (stage, shares) in &parts.shares {
+        for (part, share) in shares {
+            source(&format!("parts.{stage}.{part}"), &share.source, found);
+        }
     }
     for (key, sum) in parts.too_much() {
         let message = format!("the shares in `{key}` sum to {sum:.3}: they must be at most 1");
-        found.push((key.into(), message));
+        found.push((key, message));
     }
 }
 
-fn phy(table: &EnergyTable, found: &mut Found) {
+fn phy<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(phy) = &table.phy else {
         if table.area.is_some() {
             let message = "missing table [phy]: area and standby power of the chip's side of one \
@@ -207,7 +238,7 @@ fn phy(table: &EnergyTable, found: &mut Found) {
     power("phy.standby", &phy.standby, found);
 }
 
-fn supply(table: &EnergyTable, found: &mut Found) {
+fn supply<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(supply) = &table.supply else { return };
     source("supply", &supply.source, found);
     let choice = &supply.curve;
@@ -242,7 +273,7 @@ fn supply(table: &EnergyTable, found: &mut Found) {
     }
 }
 
-fn sram(table: &EnergyTable, found: &mut Found) {
+fn sram<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let sram = &table.sram;
     if forms(sram) != 1 {
         let message = "`sram` needs exactly one of [sram.flat], [sram.table], [sram.cacti] and \
@@ -259,7 +290,7 @@ fn sram(table: &EnergyTable, found: &mut Found) {
         rows_of(cacti, found);
     }
     if let Some(macros) = &sram.macros {
-        macros_of(macros, found);
+        macros_of::<C>(macros, found);
     }
 }
 
@@ -296,9 +327,9 @@ fn rows_of(cacti: &SramCacti, found: &mut Found) {
     }
 }
 
-fn macros_of(macros: &[SramMacro], found: &mut Found) {
+fn macros_of<C: Catalogue>(macros: &[SramMacro], found: &mut Found) {
     let key = "sram.macros";
-    let names = Buffer::ALL.map(key_of);
+    let names: Vec<String> = C::hardware().buffers().map(|(_, buffer)| buffer.key()).collect();
     for (i, one) in macros.iter().enumerate() {
         source(key, &one.source, found);
         let name = &one.buffer;
@@ -314,7 +345,7 @@ fn macros_of(macros: &[SramMacro], found: &mut Found) {
 }
 
 /// Prices are for the node of the table, or are brought there.
-fn nodes(table: &EnergyTable, found: &mut Found) {
+fn nodes<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(node) = table.node else {
         found.push(("node".into(), "missing key `node`: write e.g. node = \"28 nm\"".into()));
         return;
@@ -357,10 +388,9 @@ fn nodes(table: &EnergyTable, found: &mut Found) {
     }
 }
 
-fn area(table: &EnergyTable, found: &mut Found) {
+fn area<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(area) = &table.area else { return };
-    let units = [("ccu", &area.ccu), ("qsu", &area.qsu), ("bsu", &area.bsu), ("vru", &area.vru)];
-    for (name, price) in units {
+    for (name, price) in area.units.iter() {
         let key = format!("area.{name}");
         if price.area.0 == 0.0 {
             found.push((key.clone(), format!("`{key}.area` is zero: no unit takes no area")));

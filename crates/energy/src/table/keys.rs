@@ -67,56 +67,6 @@ pub(super) fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-/// The `[actions]` table: one price for each arithmetic action.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct ActionPrices {
-    /// One Gaussian taken through cull and the part of projection that the cull needs.
-    pub cull: ActionPrice,
-    /// One survivor projected to a 2D covariance, with its bounding box.
-    pub project: ActionPrice,
-    /// Axes of the oriented box of one splat that needs box tests.
-    pub obb_prepare: ActionPrice,
-    /// One oriented-box-against-tile test.
-    pub obb_test: ActionPrice,
-    /// One view-dependent colour from spherical harmonics.
-    pub sh_colour: ActionPrice,
-    /// One key moved through the pivots of a QSU in one pass.
-    pub pivot_key: ActionPrice,
-    /// One compare-exchange of a BSU.
-    pub compare_exchange: ActionPrice,
-    /// One row that a BSU sorts, where compare-exchanges are free; nothing without.
-    pub sorted_row: Option<ActionPrice>,
-    /// One row that a BSU merges from two lists, where compare-exchanges are free; nothing without.
-    pub merged_row: Option<ActionPrice>,
-    /// One α evaluated for one live pixel.
-    pub alpha: ActionPrice,
-    /// One slot of a pixel that has stopped; the price of `alpha` without.
-    pub stopped_pixel: Option<ActionPrice>,
-    /// One blend of a splat into one pixel.
-    pub blend: ActionPrice,
-    /// One pixel finished.
-    pub pixel_finish: ActionPrice,
-    /// One feature record pushed into a queue in front of rendering units, and taken out.
-    pub queue_entry: ActionPrice,
-}
-
-/// The `[clock]` table: what one unit takes in every cycle, whether or not it has something to do.
-/// A unit without work takes nothing where `gating.units` switches it off. Nothing runs between
-/// frames (A111).
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct UnitClock {
-    /// One culling and conversion unit.
-    pub ccu: CyclePrice,
-    /// One quick sorting unit.
-    pub qsu: CyclePrice,
-    /// One bitonic sorting unit.
-    pub bsu: CyclePrice,
-    /// One rendering unit.
-    pub vru: CyclePrice,
-}
-
 /// The price of a cycle.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -265,38 +215,6 @@ impl CurveChoice {
         };
         curve.problem().map_or(Ok(curve), Err)
     }
-}
-
-/// The `[leakage]` table, per unit.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct UnitLeakage {
-    /// One culling and conversion unit.
-    pub ccu: PowerPrice,
-    /// One quick sorting unit.
-    pub qsu: PowerPrice,
-    /// One bitonic sorting unit.
-    pub bsu: PowerPrice,
-    /// One rendering unit.
-    pub vru: PowerPrice,
-}
-
-/// The `[area]` table, per unit; buffers come from `[sram]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct UnitArea {
-    /// One culling and conversion unit.
-    pub ccu: AreaPrice,
-    /// One quick sorting unit.
-    pub qsu: AreaPrice,
-    /// One bitonic sorting unit.
-    pub bsu: AreaPrice,
-    /// One rendering unit.
-    pub vru: AreaPrice,
-    /// Factor on the areas of `[sram]`: what a macro takes beyond its cells and periphery.
-    pub sram_overhead: Overhead,
-    /// Everything that is neither unit nor buffer.
-    pub rest: RestArea,
 }
 
 /// A factor on an area, or on an area and a leakage.

@@ -5,11 +5,14 @@
 //! it is in proportion. What no part takes is fixed. So a unit with the amounts `at` is exactly the
 //! published one.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{EnergyTable, Overhead};
-use crate::action::{Action, Inventory, Part, UnitKind};
+use super::{EnergyTable, Parts, PriceError};
+use crate::action::{Inventory, StageId};
+use crate::hardware::Catalogue;
 
 /// The share of one part.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -28,201 +31,97 @@ pub struct PartShare {
     pub source: String,
 }
 
-/// The `[parts]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Parts {
-    /// Area and leakage of an operation a cycle of a colour unit, over those of one of a CCU.
-    pub colour: Overhead,
-    /// Of a culling and conversion unit.
-    pub ccu: CcuParts,
-    /// Of a quick sorting unit.
-    pub qsu: QsuParts,
-    /// Of a bitonic sorting unit.
-    pub bsu: BsuParts,
-    /// Of a rendering unit.
-    pub vru: VruParts,
-    /// Of the feature cache.
-    pub cache: CacheParts,
-}
-
-/// The `[parts.ccu]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct CcuParts {
-    /// Arithmetic of conversion; amount: operations a cycle.
-    pub operations: PartShare,
-    /// Box tests a cycle.
-    pub intersection_units: PartShare,
-    /// Look-ups of tile levels a cycle.
-    pub level_tests: PartShare,
-    /// Bits of the batches that are asked for: 64 and one for each record, `ccu.queue` times.
-    pub batches: PartShare,
-}
-
-/// The `[parts.qsu]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct QsuParts {
-    /// Pivots: a key is compared with all of them.
-    pub pivots: PartShare,
-    /// Comparators: pivots x keys a cycle.
-    pub comparators: PartShare,
-}
-
-/// The `[parts.bsu]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct BsuParts {
-    /// Compare-exchanges of the network: w/4 log2 w (log2 w + 1).
-    pub network: PartShare,
-    /// Bits of what a core has asked for: 128 for each of `gsu.queue` lists, 64 for each of
-    /// `vru.speculation` chunks, over the BSUs of the core.
-    pub queue: PartShare,
-}
-
-/// The `[parts.vru]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct VruParts {
-    /// Blends a cycle: accumulators / (1 + `vru.blend-stall`).
-    pub blend: PartShare,
-    /// Bits of the pixels that are held: `vru.pixel-state` each, for every accumulator, twice where
-    /// tiles overlap, and twice where pixels are swapped.
-    pub pixels: PartShare,
-    /// Inverse of `vru.recurrence`: a shorter loop through the transmittance.
-    pub recurrence: PartShare,
-    /// Bits of feature records: 152 of the one of a unit, and its share of the core's queues.
-    pub queue: PartShare,
-}
-
-/// The `[parts.cache]` table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct CacheParts {
-    /// Ways: tags that are read and compared at a time.
-    pub ways: PartShare,
-}
-
 /// Factors on the prices of what has parts; 1 for a machine with the amounts `at`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Grown {
-    /// On area and leakage of one unit.
-    pub(super) units: [f64; UnitKind::ALL.len()],
-    /// On the energy of an action of it.
-    pub(super) energy: [f64; UnitKind::ALL.len()],
-    /// On area and leakage of the feature cache.
-    pub(super) cache: f64,
-    /// On the energy of its words.
-    pub(super) cache_energy: f64,
+    /// On area and leakage, by stage: of one unit, or of buffers that grow.
+    pub(super) size: Vec<f64>,
+    /// On the energy of an action, or of the words of such buffers.
+    pub(super) energy: Vec<f64>,
 }
 
-impl Parts {
-    /// The share of a part.
-    pub fn of(&self, part: Part) -> &PartShare {
-        match part {
-            Part::CcuOperations => &self.ccu.operations,
-            Part::CcuIntersectionUnits => &self.ccu.intersection_units,
-            Part::CcuLevelTests => &self.ccu.level_tests,
-            Part::CcuBatches => &self.ccu.batches,
-            Part::QsuPivots => &self.qsu.pivots,
-            Part::QsuComparators => &self.qsu.comparators,
-            Part::BsuNetwork => &self.bsu.network,
-            Part::BsuQueue => &self.bsu.queue,
-            Part::VruBlend => &self.vru.blend,
-            Part::VruPixels => &self.vru.pixels,
-            Part::VruRecurrence => &self.vru.recurrence,
-            Part::VruQueue => &self.vru.queue,
-            Part::CacheWays => &self.cache.ways,
-        }
-    }
+/// Shares of the same unit together.
+const WHOLE: f64 = 1.0 + 1e-9;
 
-    /// The key of a part in an energy table.
-    pub(super) const fn key(part: Part) -> &'static str {
-        match part {
-            Part::CcuOperations => "parts.ccu.operations",
-            Part::CcuIntersectionUnits => "parts.ccu.intersection-units",
-            Part::CcuLevelTests => "parts.ccu.level-tests",
-            Part::CcuBatches => "parts.ccu.batches",
-            Part::QsuPivots => "parts.qsu.pivots",
-            Part::QsuComparators => "parts.qsu.comparators",
-            Part::BsuNetwork => "parts.bsu.network",
-            Part::BsuQueue => "parts.bsu.queue",
-            Part::VruBlend => "parts.vru.blend",
-            Part::VruPixels => "parts.vru.pixels",
-            Part::VruRecurrence => "parts.vru.recurrence",
-            Part::VruQueue => "parts.vru.queue",
-            Part::CacheWays => "parts.cache.ways",
-        }
-    }
-
+impl<C: Catalogue> Parts<C> {
     /// The sums of shares that are above 1: key of the unit, sum.
-    pub(super) fn too_much(&self) -> Vec<(&'static str, f64)> {
-        let owner = |part: Part| {
-            part.unit().map_or("parts.cache", |unit| match unit {
-                UnitKind::Ccu => "parts.ccu",
-                UnitKind::Qsu => "parts.qsu",
-                UnitKind::Bsu => "parts.bsu",
-                UnitKind::Vru => "parts.vru",
-            })
+    pub(super) fn too_much(&self) -> Vec<(String, f64)> {
+        let most = |(stage, shares): (&String, &BTreeMap<String, PartShare>)| {
+            let of = |share: fn(&PartShare) -> f64| shares.values().map(share).sum::<f64>();
+            (format!("parts.{stage}"), of(|p| p.share).max(of(|p| p.energy.unwrap_or(0.0))))
         };
-        let owners = ["parts.ccu", "parts.qsu", "parts.bsu", "parts.vru", "parts.cache"];
-        let sum = |of: fn(&PartShare) -> f64, key: &str| -> f64 {
-            Part::ALL.into_iter().filter(|&p| owner(p) == key).map(|p| of(self.of(p))).sum()
-        };
-        let most = |key: &'static str| {
-            let energy = |p: &PartShare| p.energy.unwrap_or(0.0);
-            (key, sum(|p| p.share, key).max(sum(energy, key)))
-        };
-        owners.into_iter().map(most).filter(|(_, sum)| *sum > 1.0 + 1e-9).collect()
+        self.shares.iter().map(most).filter(|(_, sum)| *sum > WHOLE).collect()
+    }
+
+    /// The share of a part; `None` where the table has none.
+    pub(super) fn of(&self, stage: &str, part: &str) -> Option<&PartShare> {
+        self.shares.get(stage)?.get(part)
     }
 }
 
-impl EnergyTable {
+impl<C: Catalogue> EnergyTable<C> {
     /// How much larger the units of a machine are than those that the prices are for; all 1 in a
     /// table without `[parts]`.
-    pub(super) fn grown(&self, built: &Inventory) -> Grown {
-        let mut grown = Grown { units: [1.0; 4], energy: [1.0; 4], cache: 1.0, cache_energy: 1.0 };
-        let Some(parts) = &self.parts else { return grown };
-        for (part, amount) in Part::ALL.into_iter().zip(built.parts) {
-            let share = parts.of(part);
-            let more = amount / share.at - 1.0;
-            let (size, energy) = match part.unit() {
-                Some(unit) => (&mut grown.units[unit as usize], &mut grown.energy[unit as usize]),
-                None => (&mut grown.cache, &mut grown.cache_energy),
+    ///
+    /// # Errors
+    /// A part that the machine has and the table does not know.
+    pub(super) fn grown(&self, built: &Inventory) -> Result<Grown, PriceError> {
+        let hardware = C::hardware();
+        let ones = || vec![1.0; hardware.stages().count()];
+        let mut grown = Grown { size: ones(), energy: ones() };
+        let Some(parts) = &self.parts else { return Ok(grown) };
+        for (id, stage, part) in hardware.parts() {
+            let is_there = match hardware.stage(stage).is_units {
+                true => built.units[stage.index()] > 0,
+                false => built.has_buffer_of(hardware, stage),
             };
-            *size += share.share * more;
-            *energy += share.energy.unwrap_or(0.0) * more;
+            let facts = hardware.stage(stage);
+            if facts.counted_in.is_some() || !is_there {
+                continue;
+            }
+            let share = parts.of(facts.key, part.key).ok_or_else(|| PriceError::NoPrice {
+                table: self.name.clone(),
+                key: format!("parts.{}.{}", facts.key, part.key),
+                stage: facts.words,
+            })?;
+            let more = built.parts[id.index()] / share.at - 1.0;
+            grown.size[stage.index()] += share.share * more;
+            grown.energy[stage.index()] += share.energy.unwrap_or(0.0) * more;
         }
-        grown
+        Ok(grown)
     }
 
-    /// CCUs that have as much area and leakage as the colour units of a machine: an operation a
-    /// cycle of theirs takes `parts.colour` times that of a CCU. 0 in a table without `[parts]`.
-    pub(super) fn colours_as_ccus(&self, built: &Inventory) -> f64 {
-        self.parts.as_ref().map_or(0.0, |parts| {
-            let one = &parts.ccu.operations;
-            parts.colour.factor * one.share / one.at * built.colour_operations
-        })
+    /// How many units of another stage have as much area and leakage as all units of this one,
+    /// which is counted in a part of those: an amount of its first part takes `parts.STAGE.factor`
+    /// times that of the other part. `None` for a stage with prices of its own; 0 in a table without
+    /// `[parts]`.
+    pub(super) fn counted_as(&self, stage: StageId, built: &Inventory) -> Option<(StageId, f64)> {
+        let hardware = C::hardware();
+        let facts = hardware.stage(stage);
+        let (other, part) = facts.counted_in?;
+        let id = hardware.stage_called(other)?;
+        let own = hardware.parts().find(|(_, of, _)| *of == stage).map_or(0.0, |(id, ..)| {
+            built.parts[id.index()] * f64::from(built.units[stage.index()])
+        });
+        let as_many = self.parts.as_ref().and_then(|parts| {
+            let (one, factor) = (parts.of(other, part)?, parts.factors.get(facts.key)?);
+            Some(factor.factor * one.share / one.at * own)
+        });
+        Some((id, as_many.unwrap_or(0.0)))
     }
-}
 
-/// The unit that does an action of arithmetic.
-pub(super) const fn unit_of(action: Action) -> Option<UnitKind> {
-    match action {
-        Action::Cull
-        | Action::Project
-        | Action::ObbPrepare
-        | Action::ObbTest
-        | Action::ShColour => Some(UnitKind::Ccu),
-        Action::PivotKey => Some(UnitKind::Qsu),
-        Action::CompareExchange | Action::SortedRow | Action::MergedRow => Some(UnitKind::Bsu),
-        Action::Alpha
-        | Action::StoppedPixel
-        | Action::Blend
-        | Action::PixelFinish
-        | Action::QueueEntry => Some(UnitKind::Vru),
-        Action::Clock(unit) | Action::IdleClock(unit) => Some(unit),
-        Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => None,
+    /// Whether the table says what a stage that is counted in another one takes.
+    pub(super) fn has_factor(&self, stage: StageId) -> Result<(), PriceError> {
+        let facts = C::hardware().stage(stage);
+        match (&self.parts, facts.counted_in) {
+            (Some(parts), Some(_)) if !parts.factors.contains_key(facts.key) => {
+                Err(PriceError::NoPrice {
+                    table: self.name.clone(),
+                    key: format!("parts.{}", facts.key),
+                    stage: facts.words,
+                })
+            }
+            _ => Ok(()),
+        }
     }
 }

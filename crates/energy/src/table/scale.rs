@@ -1,6 +1,7 @@
 //! Factors from the node of the prices to the node of the chip.
 
 use super::{EnergyTable, Factor, Scaling};
+use crate::hardware::Catalogue;
 use crate::node::{self, Scaled};
 use crate::supply::Supply;
 use powergs_base::quantity::Nanometres;
@@ -73,7 +74,7 @@ pub struct NodeStep {
     pub others: Vec<(&'static str, f64)>,
 }
 
-impl EnergyTable {
+impl<C: Catalogue> EnergyTable<C> {
     /// The step of technology from the prices of the file to the chip; `None` without `[scaling]`.
     pub fn node_step(&self) -> Option<NodeStep> {
         let (from, to) = (self.scaling.as_ref()?.from, self.node?);

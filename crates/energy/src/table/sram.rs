@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::PriceError;
 use super::keys::{BytePrice, is_false};
-use super::{EnergyTable, PriceError};
-use crate::action::{Buffer, Memory};
+use crate::action::Memory;
 use crate::cacti::{Bank, Cell, Macros};
+use crate::hardware::BufferFacts;
 use powergs_base::quantity::{
     Bytes, Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Watts,
 };
@@ -83,8 +84,7 @@ pub struct SramCacti {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SramMacro {
-    /// The buffer: `gaussian-in`, `tile-list`, `sorting`, `feature`, `pixel-out`,
-    /// `cache`, `pointers`, `combining` or `codebook`.
+    /// The buffer, as `arch show` lists them: `gaussian-in`, `feature`.
     pub buffer: String,
     /// Energy of reading one word.
     pub read: Picojoules,
@@ -96,11 +96,6 @@ pub struct SramMacro {
     pub area: Option<SquareMillimetres>,
     /// Key of `references.toml` or assumption number.
     pub source: String,
-}
-
-/// The key of a buffer in files.
-pub(super) fn key_of(buffer: Buffer) -> String {
-    buffer.name().replace('_', "-")
 }
 
 /// The SRAM prices of a table, ready for queries by buffer.
@@ -138,9 +133,9 @@ impl Source<'_> {
     /// The prices of one bank of a buffer; area 0 where the table has none.
     pub(super) fn bank(
         &self,
-        buffer: Buffer,
+        buffer: &BufferFacts,
         memory: &Memory,
-        table: &EnergyTable,
+        table: &str,
     ) -> Result<Bank, PriceError> {
         let word = memory.word.0.max(1) as f64;
         match self {
@@ -150,9 +145,9 @@ impl Source<'_> {
             }
             Source::Table(sizes) => {
                 let row = sizes.at(memory.bank).ok_or_else(|| PriceError::OutsideTable {
-                    buffer: key_of(buffer),
+                    buffer: *buffer,
                     bank: memory.bank,
-                    table: table.name.clone(),
+                    table: table.to_owned(),
                     least: sizes.sizes[0].capacity,
                     most: sizes.sizes[sizes.sizes.len() - 1].capacity,
                 })?;
@@ -167,10 +162,10 @@ impl Source<'_> {
                 let beyond = keys.allow_extrapolation;
                 let bank = rows.bank(memory.bank.0, memory.word.0, memory.two_ports, beyond);
                 let bank = bank.map_err(|outside| PriceError::OutsideCacti {
-                    buffer: key_of(buffer),
+                    buffer: *buffer,
                     bank: memory.bank,
                     word: memory.word,
-                    table: table.name.clone(),
+                    table: table.to_owned(),
                     reach: reach(&outside),
                 })?;
                 Ok(Bank {
@@ -181,10 +176,10 @@ impl Source<'_> {
                 })
             }
             Source::Macros(macros) => {
-                let found = macros.iter().find(|m| m.buffer == key_of(buffer));
+                let found = macros.iter().find(|m| m.buffer == buffer.key());
                 let found = found.ok_or_else(|| PriceError::NoMacro {
-                    buffer: key_of(buffer),
-                    table: table.name.clone(),
+                    buffer: buffer.key(),
+                    table: table.to_owned(),
                 })?;
                 Ok(Bank {
                     read_pj: found.read.0,

@@ -7,7 +7,7 @@ use powergs_core::sim::paper::UnitPrices;
 use powergs_core::sim::{Label, paper};
 use powergs_core::workload::paper::Padding;
 use powergs_core::workload::{Geometry, bin};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_raster::{Detail, Options, render};
 
@@ -49,7 +49,7 @@ fn cycle_is_the_simulated_machine_at_the_display_rate() {
         let expected = report.power_display_rate_w(fps);
         assert!((watts.render_w / expected - 1.0).abs() < 1e-12, "{name}");
         let standing: f64 = report.standby_w(fps).iter().sum();
-        assert!((watts.parts.stage_w(Stage::Standby) - standing).abs() < 1e-12, "{name}");
+        assert!((watts.parts.stage_w(Phase::Standby) - standing).abs() < 1e-12, "{name}");
         assert!(standing > 0.0, "{name} costs nothing when idle");
     }
 }

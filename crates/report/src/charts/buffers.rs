@@ -4,7 +4,9 @@
 use super::{frames, subtitle};
 use crate::format::{engineering, percent};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_energy::action::Buffer;
+use powergs_core::stage::hardware;
+use powergs_energy::action::BufferId;
+use powergs_energy::hardware::BufferFacts;
 use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
@@ -24,9 +26,9 @@ pub(crate) struct Row {
 
 /// The buffers that the machine has, where it was measured what they held.
 pub(crate) fn rows(record: &Record) -> Vec<Row> {
-    let row = |buffer: Buffer| {
+    let row = |(buffer, facts): (BufferId, &BufferFacts)| {
         Some(Row {
-            name: buffer.name(),
+            name: facts.name,
             capacity: record.mean(Key::Capacity(buffer)).filter(|bytes| *bytes > 0.0)?,
             peak: record.mean(Key::Peak(buffer))?,
             mean: record.mean(Key::Held(buffer))?,
@@ -35,7 +37,8 @@ pub(crate) fn rows(record: &Record) -> Vec<Row> {
             discarded: record.mean(Key::Discarded(buffer))?,
         })
     };
-    Buffer::FILLED.into_iter().filter_map(row).collect()
+    let all = hardware().buffers().filter(|(_, facts)| facts.fills);
+    all.filter_map(row).collect()
 }
 
 pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {

@@ -3,8 +3,9 @@
 use super::{frames, subtitle};
 use crate::format::{percent, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_core::accel::Stall;
-use powergs_energy::action::UnitKind;
+use powergs_core::sim::statistics::UnitPart;
+use powergs_core::stage::{From, Stall, stage};
+use powergs_energy::action::StageId;
 use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
 
@@ -13,37 +14,48 @@ const TITLE: &str = "Where the cycles go";
 /// Title of the axis.
 const SHARE: &str = "share of the unit's cycles, %";
 
-/// Colours of [`Record::UNIT_PARTS`]: waits for DRAM are blues and purple, other waits are warm.
-pub(crate) const COLOURS: [Colour; Record::UNIT_PARTS.len()] = [
-    Colour::GREEN,
-    Colour::NAVY,
-    Colour::BLUE,
-    Colour::PURPLE,
-    Colour::SKY,
-    Colour::ORANGE,
-    Colour::VERMILION,
-    Colour::GREY,
-    Colour::PALE,
-];
+/// Colours of waits for the memory, in their order.
+const OF_MEMORY: [Colour; 4] = [Colour::NAVY, Colour::BLUE, Colour::PURPLE, Colour::SKY];
 
-/// The legend of [`COLOURS`].
-pub(crate) fn entries() -> impl Iterator<Item = Entry> {
-    let waits = Stall::ALL.map(waits);
-    let names = ["busy"].into_iter().chain(waits).chain(["no work"]);
-    names.zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour))
+/// Colours of waits for other units.
+const OF_UNITS: [Colour; 2] = [Colour::YELLOW, Colour::INDIGO];
+
+/// Colours of [`UnitPart::all`]: waits for the memory are blues and purple, other waits are warm.
+pub(crate) fn colours() -> Vec<Colour> {
+    let (mut memory, mut units) = (OF_MEMORY.into_iter().cycle(), OF_UNITS.into_iter().cycle());
+    let wait = |cause: Stall| match (cause, cause.words().from) {
+        (Stall::INPUT, _) => Some(Colour::ORANGE),
+        (Stall::OUTPUT, _) => Some(Colour::VERMILION),
+        (_, From::Memory) => memory.next(),
+        (_, From::Stage(_)) => units.next(),
+        (_, From::Neighbour) => Some(Colour::GREY),
+    };
+    let mut wait = wait;
+    let of = |part| match part {
+        UnitPart::Busy => Colour::GREEN,
+        UnitPart::Stalled(cause) => wait(cause).unwrap_or(Colour::GREY),
+        UnitPart::Idle => Colour::PALE,
+    };
+    UnitPart::all().map(of).collect()
+}
+
+/// The legend of [`colours`], without waits that nothing is drawn of.
+pub(crate) fn entries(is_drawn: impl Fn(Stall) -> bool) -> impl Iterator<Item = Entry> {
+    let entry = move |(part, colour)| {
+        let name = match part {
+            UnitPart::Busy => "busy".to_owned(),
+            UnitPart::Stalled(cause) if is_drawn(cause) => waits(cause),
+            UnitPart::Stalled(_) => return None,
+            UnitPart::Idle => "no work".to_owned(),
+        };
+        Some(Entry::fill(name, colour))
+    };
+    UnitPart::all().zip(colours()).filter_map(entry)
 }
 
 /// What a unit waits for, in words.
-pub(crate) fn waits(cause: Stall) -> &'static str {
-    match cause {
-        Stall::Records => "waits: records from DRAM",
-        Stall::List => "waits: list of the tile",
-        Stall::Spill => "waits: spilled keys",
-        Stall::Features => "waits: features from DRAM",
-        Stall::Input => "waits: unit before it",
-        Stall::Output => "waits: room behind it",
-        Stall::Bank => "waits: buffer bank",
-    }
+pub(crate) fn waits(cause: Stall) -> String {
+    format!("waits: {}", cause.words().short)
 }
 
 /// The axis of shares.
@@ -61,17 +73,18 @@ pub(crate) fn bar(row: usize, shares: impl IntoIterator<Item = (f64, Colour)>) -
 }
 
 /// What rows of a kind of unit are called: with the number of them.
-pub(crate) fn unit(record: &Record, kind: UnitKind) -> String {
-    format!("{} x{}", kind.name(), record.value(Key::Instances(kind)))
+pub(crate) fn unit(record: &Record, kind: StageId) -> String {
+    format!("{} x{}", stage(kind).key, record.value(Key::Instances(kind)))
 }
 
 pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     let busy = record.mean(Key::DramBusy)?;
-    let mut names: Vec<String> = UnitKind::ALL.map(|kind| unit(record, kind)).into();
+    let colours = colours();
+    let mut names: Vec<String> = record.units().map(|kind| unit(record, kind)).collect();
     let mut bars = Vec::new();
     let mut right = Vec::new();
-    for (i, kind) in UnitKind::ALL.into_iter().enumerate() {
-        bars.push(bar(i, record.unit_shares(kind).into_iter().zip(COLOURS)));
+    for (i, kind) in record.units().enumerate() {
+        bars.push(bar(i, record.unit_shares(kind).into_iter().zip(colours.iter().copied())));
         let busy = record.value(Key::Busy(kind));
         let busy = format!("{} M cycles busy", significant(busy / 1e6));
         right.push((i as f64 + 0.5, vec![Words::note(busy)]));
@@ -79,13 +92,13 @@ pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     // The data bus has a bar of its own: busy or not.
     let i = names.len();
     names.push("dram bus".into());
-    let idle = COLOURS[COLOURS.len() - 1];
-    bars.push(bar(i, [(busy, COLOURS[0]), (1.0 - busy, idle)]));
+    let (at_work, idle) = (colours[0], colours[colours.len() - 1]);
+    bars.push(bar(i, [(busy, at_work), (1.0 - busy, idle)]));
     right.push((i as f64 + 0.5, rates(run, record)));
     let mut panel = Panel::new(axis(), Axis::names(names)).mark(Mark::Bars(bars));
     panel.right = right;
     let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
-    Some(chart.legend(entries()).panel(panel))
+    Some(chart.legend(entries(|cause| record.has_cause(cause))).panel(panel))
 }
 
 /// The rate of the data bus, and its peak.

@@ -4,7 +4,7 @@ use super::{frames, subtitle};
 use crate::format::{engineering, prefix_of, rate, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
 use powergs_energy::Component;
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_study::findings::breakdown::Breakdown;
 use powergs_study::findings::{Key, Record};
 use powergs_study::run_record::Run;
@@ -59,14 +59,14 @@ pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
 /// One panel: a bar per stage, and one for the display where it is known.
 fn panel(
     names: &[&str],
-    stages: &[Stage],
+    stages: &[Phase],
     values: &Breakdown,
     display: Option<f64>,
     unit: &str,
 ) -> Panel {
     let highest = stages.iter().map(|&s| values.stage(s)).chain(display).fold(0.0, f64::max);
     let (factor, prefix) = prefix_of(highest);
-    let bar = |(i, &stage): (usize, &Stage)| {
+    let bar = |(i, &stage): (usize, &Phase)| {
         let part = |c| Part::new(values.part(stage, c) / factor, colour(c));
         let bar = Bar::new(i, Component::ALL.map(part).into());
         bar.end(significant(values.stage(stage) / factor))

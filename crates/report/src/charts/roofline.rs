@@ -3,7 +3,7 @@
 use super::{frames, subtitle};
 use crate::format::engineering;
 use powergs_chart::{Axis, Chart, Colour, Line, Panel, Points, Scale, Side, Size, Weight, Words};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_study::findings::roofline::{Point, Roof, Roofline};
 use powergs_study::run_record::Run;
 
@@ -25,12 +25,12 @@ fn rate(roof: &Roofline) -> String {
     engineering(roof.dram_bytes_s, "B/s")
 }
 
-fn colour(stage: Option<Stage>) -> Colour {
+fn colour(stage: Option<Phase>) -> Colour {
     match stage {
-        Some(Stage::Preprocessing) => Colour::GREEN,
-        Some(Stage::Sorting) => Colour::ORANGE,
-        Some(Stage::Rendering) => Colour::VERMILION,
-        Some(Stage::Standby) => Colour::GREY,
+        Some(Phase::Preprocessing) => Colour::GREEN,
+        Some(Phase::Sorting) => Colour::ORANGE,
+        Some(Phase::Rendering) => Colour::VERMILION,
+        Some(Phase::Standby) => Colour::GREY,
         None => Colour::INK,
     }
 }
@@ -57,7 +57,7 @@ fn panel(roof: &Roofline, points: &[Point]) -> Panel {
         let share = crate::format::percent(point.attained());
         let of = match (point.roof, stage_index(point.stage)) {
             (Roof::Dram, _) => "DRAM roof",
-            (Roof::Units, Some(i)) => roof.units[i].0,
+            (Roof::Units, Some(i)) => roof.units[i].0.as_str(),
             (Roof::Units, None) => "units' roof",
         };
         let of = if of.contains("roof") { of.to_owned() } else { format!("{of} roof") };
@@ -71,8 +71,8 @@ fn panel(roof: &Roofline, points: &[Point]) -> Panel {
 }
 
 /// The place of a stage that works.
-fn stage_index(stage: Option<Stage>) -> Option<usize> {
-    Stage::WORK.into_iter().position(|s| Some(s) == stage)
+fn stage_index(stage: Option<Phase>) -> Option<usize> {
+    Phase::WORK.into_iter().position(|s| Some(s) == stage)
 }
 
 /// The slope of the DRAM, and the roof of the units of each stage.
@@ -88,7 +88,7 @@ fn roofs(roof: &Roofline, x: &Scale, y: &Scale, ridge: f64) -> Panel {
     let mut panel = Panel::new(Axis::names([""]), Axis::names([""]))
         .line(Line::curve(vec![slope(enter), (ridge, peak * 1e-9)], Colour::BLUE))
         .label(dram, slope(high), Side::AboveLeft);
-    for ((name, ceiling), stage) in roof.units.iter().zip(Stage::WORK) {
+    for ((name, ceiling), stage) in roof.units.iter().zip(Phase::WORK) {
         let (height, colour) = (ceiling * 1e-9, colour(Some(stage)));
         let line = vec![(ceiling / roof.dram_bytes_s, height), (end, height)];
         let text = format!("{name}: {}", engineering(*ceiling, "op/s"));

@@ -1,9 +1,10 @@
 //! Units by time: what each did in every column of the picture.
 
-use super::cycles::{COLOURS, waits};
+use super::cycles::{self, waits};
 use crate::timeline::{COLUMNS, IDLE, MOST_INSTANCES, Picture, Row, STATES};
 use powergs_chart::{Axis, Chart, Colour, Entry, Mark, Panel, Scale, Span};
-use powergs_core::accel::Stall;
+use powergs_core::sim::statistics::UnitPart;
+use powergs_core::stage::Stall;
 
 const NAME: &str = "timeline";
 const TITLE: &str = "What every unit does when";
@@ -12,12 +13,15 @@ const TITLE: &str = "What every unit does when";
 /// idle.
 fn colours(crowded: bool) -> [Colour; STATES] {
     let mut colours = [Colour::PALE; STATES];
-    let next = if crowded { COLOURS[0] } else { Colour::PINE };
-    (colours[0], colours[1]) = (COLOURS[0], next);
-    for cause in Stall::ALL {
-        colours[2 + cause as usize] = COLOURS[1 + cause as usize];
+    for (part, colour) in UnitPart::all().zip(cycles::colours()) {
+        match part {
+            UnitPart::Busy => {
+                (colours[0], colours[1]) = (colour, if crowded { colour } else { Colour::PINE });
+            }
+            UnitPart::Stalled(cause) => colours[2 + cause.index()] = colour,
+            UnitPart::Idle => colours[IDLE] = colour,
+        }
     }
-    colours[IDLE] = COLOURS[COLOURS.len() - 1];
     colours
 }
 
@@ -35,7 +39,9 @@ pub fn chart(picture: &Picture, clock_hz: f64, what: &str) -> Chart {
         String::new()
     };
     let colours = colours(is_crowded(picture));
-    let causes = Stall::ALL.map(|s| Entry::fill(waits(s), colours[2 + s as usize]));
+    let is_drawn = |s: &&Stall| picture.has(**s);
+    let causes = Stall::all().iter().filter(is_drawn);
+    let causes = causes.map(|s| Entry::fill(waits(*s), colours[2 + s.index()]));
     let mut entries = vec![
         Entry::fill("busy with a tile", colours[0]),
         Entry::fill("busy with the next tile", colours[1]),

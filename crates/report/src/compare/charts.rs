@@ -2,11 +2,12 @@
 //! traces, where the energy goes.
 
 use crate::charts::{
-    CYCLES_COLOURS, component_colour, component_entries, cycles_axis, cycles_bar, cycles_entries,
+    component_colour, component_entries, cycles_axis, cycles_bar, cycles_colours, cycles_entries,
 };
 use crate::format::{shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
-use powergs_energy::action::{Stage, UnitKind};
+use powergs_core::stage::{hardware, stage};
+use powergs_energy::action::{Phase, StageId};
 use powergs_energy::{Component, Standby};
 use powergs_study::findings::Key;
 use powergs_study::findings::compare::{Comparison, Measure, Side};
@@ -58,18 +59,18 @@ fn power(sides: &[Side], labels: &[String], subtitle: String, budget_w: Option<f
         Component::ALL.map(|c| Part::new(component_w(side, c), component_colour(c))).to_vec()
     };
     let stage = |side: &Side| {
-        let watts = |stage: Stage| match stage {
-            Stage::Standby => Standby::COMPONENTS.iter().map(|c| component_w(side, *c)).sum(),
+        let watts = |stage: Phase| match stage {
+            Phase::Standby => Standby::COMPONENTS.iter().map(|c| component_w(side, *c)).sum(),
             _ => watts(side, Key::EnergyIn(stage)),
         };
-        Stage::ALL.map(|s| Part::new(watts(s), stage_colour(s))).to_vec()
+        Phase::ALL.map(|s| Part::new(watts(s), stage_colour(s))).to_vec()
     };
     let rows = ChartRows { labels, unit: &format!("W at {rate} FPS"), budget_w };
     let missed = |side: &Side| side.statistics.deadline_misses() > Some(0);
     let left = panel(sides, &rows, &component, "by component");
     let mut right = panel(sides, &rows, &stage, "by stage");
     right.y = right.y.hidden();
-    let stages = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
+    let stages = Phase::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let subtitle = match sides.iter().any(missed) {
         true => format!("{subtitle}; who misses the rate draws what it draws at full rate"),
         false => subtitle,
@@ -102,7 +103,7 @@ pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
             let bar = Bar::new(row, Component::ALL.map(part).to_vec());
             by_component.push(bar.end(end.clone()));
             let part = |s| Part::new(share(Key::EnergyIn(s)), stage_colour(s));
-            by_stage.push(Bar::new(row, Stage::ALL.map(part).to_vec()).end(end));
+            by_stage.push(Bar::new(row, Phase::ALL.map(part).to_vec()).end(end));
             names.push(format!("{}: {}", shortened(trace, 20), shortened(&labels[i], 20)));
         }
     }
@@ -123,7 +124,7 @@ pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
     let left = panel(by_component, "by component");
     let mut right = panel(by_stage, "by stage");
     right.y = right.y.hidden();
-    let stages = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
+    let stages = Phase::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let subtitle = match shown < traces.len() {
         true => format!("the first {shown} of {} traces", traces.len()),
         false => format!("{} traces", traces.len()),
@@ -141,12 +142,12 @@ fn known(side: &Side, key: Key) -> f64 {
     side.statistics.mean(key).unwrap_or(0.0)
 }
 
-fn stage_colour(stage: Stage) -> Colour {
+fn stage_colour(stage: Phase) -> Colour {
     match stage {
-        Stage::Preprocessing => Colour::GREEN,
-        Stage::Sorting => Colour::INDIGO,
-        Stage::Rendering => Colour::VERMILION,
-        Stage::Standby => Colour::PALE,
+        Phase::Preprocessing => Colour::GREEN,
+        Phase::Sorting => Colour::INDIGO,
+        Phase::Rendering => Colour::VERMILION,
+        Phase::Standby => Colour::PALE,
     }
 }
 
@@ -187,16 +188,22 @@ fn panel(
 
 /// A panel for every kind of unit.
 fn cycles(sides: &[Side], subtitle: String) -> Chart {
-    let chart = Chart::new("cycles", "Where the cycles go", subtitle).legend(cycles_entries());
-    UnitKind::ALL.into_iter().enumerate().fold(chart, |chart, (u, unit)| {
+    let is_drawn = |cause| sides.iter().any(|side| side.statistics.has_cause(cause));
+    let entries = cycles_entries(is_drawn);
+    let chart = Chart::new("cycles", "Where the cycles go", subtitle).legend(entries);
+    let has = |unit: &StageId| {
+        sides.iter().any(|side| side.statistics.mean(Key::Instances(*unit)).is_some())
+    };
+    let units: Vec<StageId> = hardware().units().map(|(id, _)| id).filter(has).collect();
+    units.iter().enumerate().fold(chart, |chart, (u, &unit)| {
         let bar = |(i, side): (usize, &Side)| {
             let shares = side.statistics.has_time().then(|| side.statistics.unit_shares(unit))?;
-            Some(cycles_bar(i, shares.into_iter().zip(CYCLES_COLOURS)))
+            Some(cycles_bar(i, shares.into_iter().zip(cycles_colours())))
         };
         let bars: Vec<Bar> = sides.iter().enumerate().filter_map(bar).collect();
-        let x = if u + 1 < UnitKind::ALL.len() { cycles_axis().hidden() } else { cycles_axis() };
+        let x = if u + 1 < units.len() { cycles_axis().hidden() } else { cycles_axis() };
         let mut y = Axis::names(sides.iter().map(|s| s.label.as_str()));
-        y.title = unit.name().into();
+        y.title = stage(unit).key.into();
         chart.panel(Panel::new(x, y).mark(Mark::Bars(bars)))
     })
 }

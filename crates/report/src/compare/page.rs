@@ -8,7 +8,9 @@ use powergs_base::TOOL_VERSION;
 use powergs_base::config::knob;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_energy::action::{Stage, UnitKind};
+use powergs_core::sim::statistics::UnitPart;
+use powergs_core::stage::hardware;
+use powergs_energy::action::Phase;
 use powergs_study::findings::compare::{ComparedMeasure, Comparison, Measure, Note, Side};
 use powergs_study::findings::{Key, Record, bottleneck};
 use powergs_study::speedup::SpeedUp;
@@ -282,11 +284,11 @@ fn stages(sides: &[Side]) -> Table {
         let share = record.mean(Key::PreprocessingCycles)? / record.mean(Key::FrameCycles)?;
         Some(share * record.mean(Key::FrameTime)?).filter(|ms| !ms.is_nan())
     });
-    for stage in Stage::ALL {
+    for stage in Phase::ALL {
         let mj = |record: &Record| Some(record.mean(Key::EnergyIn(stage))? * 1e-9);
         add(format!("{}, mJ", stage.name()), &mj);
     }
-    for stage in Stage::WORK {
+    for stage in Phase::WORK {
         let (read, write) = (Key::StageRead(stage), Key::StageWrite(stage));
         let mb = |record: &Record| Some((record.mean(read)? + record.mean(write)?) * 1e-6);
         add(format!("{}, DRAM MB", stage.name()), &mb);
@@ -297,15 +299,17 @@ fn stages(sides: &[Side]) -> Table {
 /// Shares of the cycles of each unit that are at least `least` for one of the sides.
 fn stalls(sides: &[Side], least: f64) -> Table {
     let mut table = Table::new(columns("% of cycles", Kind::Real(percent), sides));
-    for unit in UnitKind::ALL {
-        let of_unit = |s: &Side| s.statistics.has_time().then(|| s.statistics.unit_shares(unit));
+    for (unit, facts) in hardware().units() {
+        let has = |record: &Record| record.mean(Key::Instances(unit)).is_some();
+        let of_unit = |s: &Side| has(&s.statistics).then(|| s.statistics.unit_shares(unit));
         let shares: Vec<_> = sides.iter().map(of_unit).collect();
-        for (part, name) in Record::UNIT_PARTS.into_iter().enumerate() {
-            let values: Vec<Option<f64>> = shares.iter().map(|s| s.map(|s| s[part])).collect();
+        for (part, name) in UnitPart::all().map(UnitPart::name).enumerate() {
+            let values: Vec<Option<f64>> =
+                shares.iter().map(|s| s.as_ref().map(|s| s[part])).collect();
             let shown = values.iter().flatten().any(|v| *v >= least && *v > 0.0);
             if shown && name != "idle" {
                 let what = if part == 0 { "busy".into() } else { format!("waits: {name}") };
-                let first = Cell::from(format!("{} {what}", unit.name()));
+                let first = Cell::from(format!("{} {what}", facts.key));
                 table.row([first].into_iter().chain(values.into_iter().map(Cell::from)));
             }
         }

@@ -8,8 +8,8 @@ use powergs_base::config::references::{cited, references};
 use powergs_base::config::{KeyDoc, key_docs};
 use powergs_core::accel::Machine;
 use powergs_core::sim::statistics;
+use powergs_core::stage::{EnergyTable, Stall, hardware, stage};
 use powergs_dram::Device;
-use powergs_energy::EnergyTable;
 use powergs_frame::display::Display;
 use powergs_study::sweep::metric::metrics;
 use powergs_study::sweep::table::{FIRST, LAST};
@@ -87,6 +87,7 @@ pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
             ..Entry::new(WORD, term.names[0], term.unit, term.meaning)
         })
         .collect();
+    all.extend(declared());
     all.extend(assumption::entries());
     all.extend(sources());
     let statistic = |s: &statistics::Statistic| {
@@ -103,6 +104,26 @@ pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
     keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
     keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
     further.into_iter().for_each(|k| keys(k.kind, k.docs, k.example, &mut all));
+    all
+}
+
+/// What stages declare: units, and what they wait for.
+fn declared() -> Vec<Entry> {
+    let mut all = Vec::new();
+    let mut busy = Vec::new();
+    for (id, unit) in hardware().units() {
+        let entry = Entry::new(WORD, unit.key.to_uppercase(), "", stage(id).means);
+        all.push(Entry { others: vec![unit.words.to_owned()], ..entry });
+        busy.push(format!("{} busy", unit.key));
+    }
+    let share = "Share of the frame in which the unit works.";
+    all.push(Entry { others: busy, ..Entry::new(WORD, "busy", "%", share) });
+    for cause in Stall::all() {
+        let words = cause.words();
+        let why = format!("The unit waits because {}.", words.because);
+        let others = vec![words.what.to_owned()];
+        all.push(Entry { others, ..Entry::new(WORD, words.name, "%", why) });
+    }
     all
 }
 

@@ -4,7 +4,7 @@
 use super::{Grade, ITSELF, Story, decimals};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
 use powergs_optimize::target::Target;
@@ -24,7 +24,7 @@ fn percent(share: f64) -> String {
 
 /// Standby power of a model, watts.
 fn standby_w(o: &Outcome) -> f64 {
-    o.watts.parts.stage_w(Stage::Standby)
+    o.watts.parts.stage_w(Phase::Standby)
 }
 
 /// Power of the work on frames, watts: rendering without standby.

@@ -3,7 +3,7 @@
 use super::Story;
 use crate::format::{engineering, watt_unit};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
 
@@ -20,18 +20,18 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     if shown.len() < 2 {
         return None;
     }
-    let entries = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
+    let entries = Phase::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let what = format!("display {}", story.display);
     let chart = story.chart(NAME, TITLE, &what).panel(panel(story, &shown));
     Some(chart.legend(entries.into_iter().chain([Entry::fill("display", DISPLAY)])))
 }
 
-fn stage_colour(stage: Stage) -> Colour {
+fn stage_colour(stage: Phase) -> Colour {
     match stage {
-        Stage::Preprocessing => Colour::GREEN,
-        Stage::Sorting => Colour::ORANGE,
-        Stage::Rendering => Colour::VERMILION,
-        Stage::Standby => Colour::GREY,
+        Phase::Preprocessing => Colour::GREEN,
+        Phase::Sorting => Colour::ORANGE,
+        Phase::Rendering => Colour::VERMILION,
+        Phase::Standby => Colour::GREY,
     }
 }
 
@@ -41,7 +41,7 @@ fn panel(story: &Story<'_>, shown: &[&Outcome]) -> Panel {
     let bar = |(i, outcome): (usize, &&Outcome)| {
         let watts = &outcome.watts;
         let stage = |s| (watts.parts.stage_w(s), stage_colour(s));
-        let all = Stage::ALL.map(stage).into_iter().chain([(watts.display_w, DISPLAY)]);
+        let all = Phase::ALL.map(stage).into_iter().chain([(watts.display_w, DISPLAY)]);
         let parts: Vec<Part> = all.map(|(w, colour)| Part::new(per_watt * w, colour)).collect();
         let sum = parts.iter().map(|p| p.value).sum::<f64>() / per_watt;
         Bar::new(i, parts).end(engineering(sum, "W"))

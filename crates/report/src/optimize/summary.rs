@@ -6,7 +6,7 @@ use super::{ITSELF, Story, balance, decimals};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, shortened, watt_unit, wrapped};
 use powergs_chart::Chart;
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_optimize::outcome::{Confirmation, Outcome};
 use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::Role;
@@ -189,7 +189,7 @@ impl Story<'_> {
             ));
         }
         if let Some(dense) = self.of_role(Role::Dense) {
-            let standby = best.watts.parts.stage_w(Stage::Standby);
+            let standby = best.watts.parts.stage_w(Phase::Standby);
             if standby > STANDING * best.watts.total_w() {
                 let share = 100.0 * standby / dense.watts.total_w();
                 notes.push(format!(

@@ -10,43 +10,6 @@ pub(super) const CYCLES: &[Term] = &[
          the columns, or idle. A row adds up to the frame.",
     ),
     term(
-        &["busy", "ccu busy", "qsu busy", "bsu busy", "vru busy"],
-        "%",
-        "Share of the frame in which the unit works.",
-    ),
-    term(
-        &["records"],
-        "%",
-        "The unit waits because records of Gaussians are still in DRAM or on the way.",
-    ),
-    term(
-        &["list"],
-        "%",
-        "The unit waits because the list of a tile is still in DRAM or on the way.",
-    ),
-    term(
-        &["spill"],
-        "%",
-        "The unit waits for keys that did not fit the sorting buffer: they go to DRAM and back \
-         in every pass.",
-    ),
-    term(
-        &["features", "feature loads"],
-        "%",
-        "The unit waits because features or colours of a chunk are still in DRAM or on the way.",
-    ),
-    term(&["input"], "%", "The unit waits for the unit upstream: its input is not ready yet."),
-    term(
-        &["output"],
-        "%",
-        "The unit waits because the buffer behind it is full: the unit downstream is slower.",
-    ),
-    term(
-        &["bank", "bank conflicts"],
-        "%",
-        "The unit waits because the banks that it wants are serving other accesses.",
-    ),
-    term(
         &["idle", "without work"],
         "%",
         "The unit has nothing to do: its phase has not begun, or is over.",

@@ -4,35 +4,10 @@ use super::{Term, term};
 
 pub(super) const UNITS: &[Term] = &[
     term(
-        &["CCU", "culling and conversion unit"],
-        "",
-        "Culling and Conversion Unit: reads the records of Gaussians, culls, projects to the \
-         screen, tests which tiles each one overlaps and writes the list of every tile \
-         (preprocessing). Keys: `ccu`.",
-    ),
-    term(
         &["GSU", "gaussian sorting unit"],
         "",
         "Gaussian Sorting Unit: sorts the list of a tile by depth. It is made of quick sorting \
          units (QSU) and bitonic sorting units (BSU). Keys: `gsu`.",
-    ),
-    term(
-        &["QSU", "quick sorting unit"],
-        "",
-        "Quick Sorting Unit of the GSU: splits a list at pivots into chunks that are small enough \
-         to sort in one go.",
-    ),
-    term(
-        &["BSU", "bitonic sorting unit"],
-        "",
-        "Bitonic Sorting Unit of the GSU: sorts the rows of a chunk in a network of comparators.",
-    ),
-    term(
-        &["VRU", "volume rendering unit"],
-        "",
-        "Volume Rendering Unit: blends the sorted Gaussians of a tile into its pixels, sub-tile by \
-         sub-tile. It is an array of volume rendering cores (VRC); `vru x64` counts those of the \
-         whole machine. Keys: `vru`.",
     ),
     term(
         &["VRC", "volume rendering core"],

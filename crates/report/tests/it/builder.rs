@@ -1,18 +1,20 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
 use powergs_base::quantity::{Hertz, Picojoules, SquareMillimetres};
-use powergs_core::accel::{BufferUse, ColourCycles, DramUse, FrameTiming, Histogram, UnitCycles};
+use powergs_core::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
     OrderSummary, PaperReport, RegionReport, StageBytes,
 };
+use powergs_core::stage::{Stall, buffer_id, hardware, sram_read, stage_id, work_id};
 use powergs_dram::{DramCommands, StageCommands};
-use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_energy::action::{ActionCounts, BufferId, Phase};
 use powergs_energy::{Area, Component, EnergyBreakdown, Standby};
 use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_scene::ShDegree;
 use powergs_study::findings::cost::Cost;
+use powergs_study::findings::limits::not_modelled;
 use powergs_study::findings::roofline::Roofline;
 use powergs_study::findings::what_if::{Skipped, Step};
 use powergs_study::findings::{Picture, TileLoad, WhatIf};
@@ -23,11 +25,18 @@ use powergs_core::workload::reuse::ReuseSummary;
 /// Leakage, DRAM background and refresh, watts.
 const STATIC_W: [f64; 3] = [0.06, 0.025, 0.005];
 
+/// A chip of nothing but what is neither unit nor buffer.
+pub fn area_of(rest: SquareMillimetres) -> Area {
+    let nothing = |areas: Vec<_>| areas.iter().map(|_| SquareMillimetres(0.0)).collect();
+    let Area { units, buffers, .. } = area();
+    Area { units: nothing(units), buffers: nothing(buffers), rest, ..Area::default() }
+}
+
 fn area() -> Area {
     let mm2 = SquareMillimetres;
     Area {
-        units: [0.68, 0.002, 0.05, 1.5].map(mm2),
-        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0, 0.0].map(mm2),
+        units: [0.68, 0.002, 0.05, 1.5, 0.0].map(mm2).into(),
+        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0, 0.0].map(mm2).into(),
         rest: mm2(0.35),
         phy: mm2(8.0),
         controllers: mm2(0.8),
@@ -39,24 +48,24 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
     let cycles = (millions * 1e6) as u64;
     let n = cycles / 10;
     let mut actions = ActionCounts::default();
-    actions.charge(Stage::Preprocessing, Action::Cull, 250_000);
-    actions.charge(Stage::Sorting, Action::CompareExchange, 3 * n);
-    actions.charge(Stage::Rendering, Action::Alpha, 40 * n);
-    actions.charge(Stage::Rendering, Action::SramRead(Buffer::Feature), 60 * n);
+    actions.charge(Phase::Preprocessing, work_id("cull"), 250_000);
+    actions.charge(Phase::Sorting, work_id("compare-exchange"), 3 * n);
+    actions.charge(Phase::Rendering, work_id("alpha"), 40 * n);
+    actions.charge(Phase::Rendering, sram_read(buffer_id("feature")), 60 * n);
     let mut energy = EnergyBreakdown::default();
     let mj = |x: f64| Picojoules(x * 1e9 * millions);
-    energy.add(Stage::Preprocessing, Component::Dram, mj(0.05));
-    energy.add(Stage::Preprocessing, Component::Sram, mj(0.01));
-    energy.add(Stage::Preprocessing, Component::Flop, mj(0.02));
-    energy.add(Stage::Sorting, Component::Dram, mj(0.08));
-    energy.add(Stage::Sorting, Component::Sram, mj(0.015));
-    energy.add(Stage::Sorting, Component::Flop, mj(0.01));
-    energy.add(Stage::Rendering, Component::Dram, mj(0.12));
-    energy.add(Stage::Rendering, Component::Sram, mj(0.04));
-    energy.add(Stage::Rendering, Component::Flop, mj(0.2));
-    energy.add(Stage::Standby, Component::Leakage, mj(0.06));
-    energy.add(Stage::Standby, Component::Background, mj(0.025));
-    energy.add(Stage::Standby, Component::Refresh, mj(0.005));
+    energy.add(Phase::Preprocessing, Component::Dram, mj(0.05));
+    energy.add(Phase::Preprocessing, Component::Sram, mj(0.01));
+    energy.add(Phase::Preprocessing, Component::Flop, mj(0.02));
+    energy.add(Phase::Sorting, Component::Dram, mj(0.08));
+    energy.add(Phase::Sorting, Component::Sram, mj(0.015));
+    energy.add(Phase::Sorting, Component::Flop, mj(0.01));
+    energy.add(Phase::Rendering, Component::Dram, mj(0.12));
+    energy.add(Phase::Rendering, Component::Sram, mj(0.04));
+    energy.add(Phase::Rendering, Component::Flop, mj(0.2));
+    energy.add(Phase::Standby, Component::Leakage, mj(0.06));
+    energy.add(Phase::Standby, Component::Background, mj(0.025));
+    energy.add(Phase::Standby, Component::Refresh, mj(0.005));
     FrameReport {
         frame: number,
         name: format!("view_{number:04}"),
@@ -153,34 +162,43 @@ fn bytes(read: u64, write: u64, sram: u64) -> StageBytes {
     StageBytes { read, write, sram, flops: 0 }
 }
 
+/// Waits for records, lists, spilled keys, features, input, output, banks as accounts have them.
+pub fn stalls(all: [u64; 7]) -> [u64; Stall::MOST] {
+    let own = ["records", "list", "spill", "features"].map(Stall::of);
+    let causes = own.into_iter().chain([Stall::INPUT, Stall::OUTPUT, Stall::BANK]);
+    let mut stalls = [0; Stall::MOST];
+    causes.zip(all).for_each(|(cause, cycles)| stalls[cause.index()] = cycles);
+    stalls
+}
+
 fn timing(cycles: u64) -> FrameTiming {
-    let unit = |unit: UnitKind, instances: u32, shares: [f64; 4]| {
+    let unit = |key: &str, instances: u32, shares: [f64; 4]| {
         let all = cycles * u64::from(instances);
         let part = |share: f64| (all as f64 * share) as u64;
         let [busy, dram, input, output] = shares.map(part);
         let idle = all - busy - dram - input - output;
         UnitCycles {
-            unit,
+            unit: stage_id(key),
             instances,
             busy,
-            stalls: match unit {
-                UnitKind::Ccu => [dram, 0, 0, 0, input, output, 0],
-                UnitKind::Qsu => [0, dram, 0, 0, input, output, 0],
-                UnitKind::Bsu | UnitKind::Vru => [0, 0, 0, dram, input, output, 0],
-            },
+            stalls: stalls(match key {
+                "ccu" => [dram, 0, 0, 0, input, output, 0],
+                "qsu" | "bsu" => [0, dram, 0, 0, input, output, 0],
+                _ => [0, 0, 0, dram, input, output, 0],
+            }),
             idle,
         }
     };
     FrameTiming {
         frame: cycles,
         preprocessing_end: cycles / 4,
-        units: [
-            unit(UnitKind::Ccu, 4, [0.10, 0.12, 0.0, 0.01]),
-            unit(UnitKind::Qsu, 8, [0.05, 0.14, 0.02, 0.20]),
-            unit(UnitKind::Bsu, 4, [0.22, 0.02, 0.11, 0.30]),
-            unit(UnitKind::Vru, 64, [0.61, 0.08, 0.04, 0.003]),
+        units: vec![
+            unit("ccu", 4, [0.10, 0.12, 0.0, 0.01]),
+            unit("qsu", 8, [0.05, 0.14, 0.02, 0.20]),
+            unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
+            unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
+            unit("colour", 4, [0.02, 0.0, 0.0, 0.0]),
         ],
-        colour: Some(ColourCycles { units: 4, busy: cycles / 2, waits: 0 }),
         dram: DramUse {
             read_bytes: 15 * (cycles / 10),
             write_bytes: 2 * (cycles / 10),
@@ -213,7 +231,7 @@ fn commands(n: u64) -> DramCommands {
 
 fn buffers(cycles: u64) -> Vec<BufferUse> {
     let sizes = [8u64, 32, 64, 128, 16];
-    let held = |(buffer, (i, kib)): (Buffer, (usize, u64))| BufferUse {
+    let held = |(buffer, (i, kib)): (BufferId, (usize, u64))| BufferUse {
         buffer,
         capacity: kib << 10,
         peak: (kib << 10) * (5 + i as u64) / 10,
@@ -222,7 +240,8 @@ fn buffers(cycles: u64) -> Vec<BufferUse> {
         consumed: 3 * cycles - cycles / 8,
         discarded: cycles / 8,
     };
-    Buffer::FILLED.into_iter().zip(sizes.into_iter().enumerate()).map(held).collect()
+    let filled = hardware().buffers().filter(|(_, facts)| facts.fills).map(|(id, _)| id);
+    filled.zip(sizes.into_iter().enumerate()).map(held).collect()
 }
 
 /// Two thousand tiles around a thousandth of the frame, some of none and a few long ones.
@@ -241,7 +260,7 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     let mut frame = frame(number, millions);
     frame.model = ModelReport::Paper(PaperReport { fovea: frame.fovea().copied() });
     let mut energy = EnergyBreakdown::default();
-    for stage in Stage::WORK {
+    for stage in Phase::WORK {
         for component in [Component::Dram, Component::Sram, Component::Flop] {
             energy.add(stage, component, frame.energy.part(stage, component));
         }
@@ -272,9 +291,7 @@ pub fn facts(frames: usize) -> Facts {
             dram_model: None,
             dram_byte_price: Some("powergs".into()),
             second_master_gb_s: None,
-            switches_for_free: true,
-            knows_stops: true,
-            has_free_lists: true,
+            left_out: not_modelled(),
             roofline: Some(roofline()),
         },
         inputs: vec![Input {
@@ -301,11 +318,12 @@ pub fn run(millions: &[f64]) -> Run {
 
 /// 47 operations a cull, 13 an alpha; nothing else counts.
 fn roofline() -> Roofline {
-    let mut flops = [0; Action::COUNT];
-    flops[Action::Cull.index()] = 47;
-    flops[Action::Alpha.index()] = 13;
-    flops[Action::CompareExchange.index()] = 1;
-    let units = [("CCU", 1.9e12), ("GSU", 0.4e12), ("VRU", 1.5e12)];
+    let mut flops = vec![0; hardware().actions().count()];
+    flops[work_id("cull").index()] = 47;
+    flops[work_id("alpha").index()] = 13;
+    flops[work_id("compare-exchange").index()] = 1;
+    let units = [("CCU", 1.9e12), ("QSU + BSU", 0.4e12), ("VRU", 1.5e12)];
+    let units = units.map(|(name, peak)| (name.to_owned(), peak));
     Roofline { operations: flops, units, dram_bytes_s: 51.2e9, overlaps: false }
 }
 
@@ -354,9 +372,7 @@ pub fn paper() -> Run {
         dram_model: None,
         dram_byte_price: Some("powergs".into()),
         second_master_gb_s: None,
-        switches_for_free: true,
-        knows_stops: true,
-        has_free_lists: true,
+        left_out: not_modelled(),
         roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();

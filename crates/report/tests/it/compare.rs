@@ -2,7 +2,6 @@
 
 use powergs_base::quantity::SquareMillimetres;
 use powergs_chart::{Format, Style};
-use powergs_energy::Area;
 use powergs_report::compare::{charts, compare_csv, document, json, note, run_toml};
 use powergs_report::{csv, record};
 use powergs_study::findings::compare::{Comparison, Measure, Side, SideError};
@@ -58,7 +57,8 @@ fn measures_of_two_machines() {
 fn rates_are_held_against_the_die() {
     let of = |millions, mm2| {
         let mut run = builder::run(&[millions]);
-        run.frames[0].area = Some(Area { rest: SquareMillimetres(mm2), ..Area::default() });
+        let area = run.frames[0].area.as_mut().expect("an area");
+        *area = builder::area_of(SquareMillimetres(mm2));
         side(&run)
     };
     let c = Comparison::new(vec![of(5.0, 4.0), of(10.0, 1.0)], false);

@@ -3,7 +3,7 @@
 use expect_test::{expect, expect_file};
 use powergs_core::sim::statistics::{Key, find};
 use powergs_report::{csv, docs, files, limits, record, schema};
-use powergs_study::findings::limits::NOT_MODELLED;
+use powergs_study::findings::limits::not_modelled;
 
 use crate::builder;
 
@@ -24,7 +24,7 @@ fn assumptions_of_the_limits_are_documented() {
         include_str!("../../../../docs/model.md"),
         include_str!("../../../../docs/model-accel.md"),
     ];
-    for effect in NOT_MODELLED {
+    for effect in not_modelled() {
         let number = effect.assumption;
         let known = number.is_empty() || docs.iter().any(|d| d.contains(&format!("**{number}.")));
         assert!(known, "{number}: no such assumption");

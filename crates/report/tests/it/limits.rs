@@ -3,19 +3,20 @@
 
 use powergs_core::accel::FrameTiming;
 use powergs_core::sim::{FrameReport, ListOrder};
+use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::ReuseSummary;
 use powergs_report::limits::{line, prices, sum};
 use powergs_report::page::document;
 use powergs_report::{charts, json};
 use powergs_study::findings::compare::{Comparison, Side};
-use powergs_study::findings::limits::{Bias, Effect, Mattered, NOT_MODELLED, Why};
+use powergs_study::findings::limits::{Bias, Effect, Mattered, Why, not_modelled};
 use powergs_study::findings::prices::{PriceBar, PriceBars};
 use powergs_study::run_record::Run;
 
 use crate::builder;
 
 fn effects(biases: &[Bias]) -> Vec<Effect> {
-    biases.iter().map(|&bias| Effect { bias, ..NOT_MODELLED[0] }).collect()
+    biases.iter().map(|&bias| Effect { bias, ..not_modelled()[0] }).collect()
 }
 
 #[test]
@@ -92,7 +93,8 @@ fn buffers_that_held_more_than_they_have_are_named() {
     let over = with_timing(|t| t.buffers[1].peak = 329 << 10);
     let text = |run: &Run| document(run, &[], &[]).terminal(200);
     assert!(!text(&full).contains("Batches needed"), "{}", text(&full));
-    let name = over.frames[0].timing().expect("a time").buffers[1].buffer.name();
+    let buffer = over.frames[0].timing().expect("a time").buffers[1].buffer;
+    let name = hardware().buffer(buffer).name;
     let said = format!("Batches needed up to 329 KiB of the 32 KiB of {name}: ");
     assert!(text(&over).contains(&said), "{}", text(&over));
     assert!(text(&over).contains("the area is optimistic"));

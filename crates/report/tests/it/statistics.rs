@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use powergs_core::accel::Stall;
 use powergs_core::sim::statistics::{
     Aggregate, Key, Kind, Value, catalogue, find, name_in, values,
 };
-use powergs_energy::action::{Buffer, Stage, UnitKind};
+use powergs_core::stage::{hardware, stage, stage_id};
+use powergs_energy::action::Phase;
 use powergs_energy::{Area, Component};
 use powergs_frame::fovea::REGIONS;
 
@@ -72,8 +72,7 @@ fn keys_are_in_the_catalogue() {
         Key::ReadBytes,
         Key::WriteBytes,
         Key::SramBytes,
-        Key::LaneUtilisation,
-        Key::ColourWaits,
+        Key::LaneUtilisation(stage_id("vru")),
         Key::DramBusy,
         Key::DramRate,
         Key::UnwrittenBytes,
@@ -82,18 +81,18 @@ fn keys_are_in_the_catalogue() {
         Key::RowHits,
     ];
     keys.extend(Component::ALL.into_iter().flat_map(|c| [Key::PowerOf(c), Key::EnergyOf(c)]));
-    keys.extend(Stage::ALL.map(Key::EnergyIn));
-    for stage in Stage::WORK {
+    keys.extend(Phase::ALL.map(Key::EnergyIn));
+    for stage in Phase::WORK {
         keys.extend(Key::COMPONENTS.map(|component| Key::EnergyPart(stage, component)));
         let bytes = [Key::StageRead, Key::StageWrite, Key::StageSram];
         let bursts = [Key::BurstsRead, Key::BurstsWritten, Key::RowsOpened];
         keys.extend(bytes.into_iter().chain(bursts).map(|of| of(stage)));
     }
-    for kind in UnitKind::ALL {
+    for (kind, _) in hardware().units() {
         keys.extend([Key::Instances, Key::Busy, Key::Idle].map(|of| of(kind)));
-        keys.extend(Stall::ALL.map(|cause| Key::Stalled(kind, cause)));
+        keys.extend(stage(kind).stalls().map(|cause| Key::Stalled(kind, cause)));
     }
-    for buffer in Buffer::FILLED {
+    for (buffer, _) in hardware().buffers().filter(|(_, facts)| facts.fills) {
         let held = [Key::Capacity, Key::Peak, Key::Held];
         let moved = [Key::Filled, Key::Consumed, Key::Discarded];
         keys.extend(held.into_iter().chain(moved).map(|of| of(buffer)));
@@ -146,8 +145,8 @@ fn parts_sum_to_totals() {
         same(sum("dram sram flop leakage background refresh"), total);
         same(sum("preprocessing sorting rendering standby"), total);
     }
-    let blocks = Area::default().blocks();
-    let sum = blocks.iter().map(|(name, _)| value(&format!("area_mm2.{name}"))).sum();
+    let blocks = Area::blocks(hardware());
+    let sum = blocks.iter().map(|block| value(&format!("area_mm2.{}", block.name))).sum();
     same(sum, value("area_mm2.total"));
     for column in ["dram_read_bytes", "dram_write_bytes", "sram_bytes"] {
         let stages = ["preprocessing", "sorting", "rendering"];

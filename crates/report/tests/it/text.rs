@@ -2,7 +2,7 @@
 
 use expect_test::{expect, expect_file};
 use powergs_chart::Format;
-use powergs_energy::action::UnitKind;
+use powergs_core::stage::stage_id;
 use powergs_report::bottleneck::sentence;
 use powergs_report::charts;
 use powergs_report::format::{engineering, percent, rate, shortened, significant, wrapped};
@@ -45,11 +45,19 @@ fn terminal_summary() {
         standby            -     -     -     60.0        25.0     5.00   90.0
         total            164  42.5   151     60.0        25.0     5.00    447
 
-        % of cycles  busy  records  list  spill  features  input  output  bank  idle
-        ccu x4         10       12     -      -         -      -       1     -    77
-        qsu x8          5        -    14      -         -      2      20     -    59
-        bsu x4         22        -     -      -         2     11      30     -    35
-        vru x64        61        -     -      -         8      4      <1     -    27
+        % of cycles  busy  records  list  spill  features  colours  input  output  bank
+        ccu x4         10       12     -      -         -        -      -       1     -
+        qsu x8          5        -    14      -         -        -      2      20     -
+        bsu x4         22        -     2      -         -        -     11      30     -
+        vru x64        61        -     -      -         8        -      4      <1     -
+        colour x4       2        -     -      -         -        -      -       -     -
+
+        % of cycles  idle
+        ccu x4         77
+        qsu x8         59
+        bsu x4         35
+        vru x64        27
+        colour x4      98
 
         DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes
         moved per byte asked for.
@@ -148,14 +156,14 @@ fn refill(t: &mut powergs_core::accel::FrameTiming, i: usize, busy: f64, stalls:
     let unit = &mut t.units[i];
     let all = t.frame * u64::from(unit.instances);
     unit.busy = (busy * all as f64) as u64;
-    unit.stalls = stalls.map(|share| (share * all as f64) as u64);
+    unit.stalls = builder::stalls(stalls.map(|share| (share * all as f64) as u64));
     unit.idle = all - unit.busy - unit.stalls.iter().sum::<u64>();
 }
 
 #[test]
 fn bottleneck_follows_the_cycles() {
     let limit = |found: Option<Bottleneck>| found.map(|f| f.limit);
-    assert_eq!(limit(limited(|_| {})), Some(Limit::Unit(UnitKind::Vru)));
+    assert_eq!(limit(limited(|_| {})), Some(Limit::Unit(stage_id("vru"))));
     let full = limited(|t| t.dram.busy_cycles = t.frame * 9 / 10);
     assert!(full.as_ref().is_some_and(|f| {
         sentence(f).starts_with("DRAM-bound: the bus moves data for 90 % of the frame")
@@ -171,13 +179,13 @@ fn bottleneck_follows_the_cycles() {
          work 10 %; waiting for sorted chunks from the GSU 5 %, room in the output buffer 1 %; \
          idle 7 %."
     );
-    assert_eq!(limit(limited(|t| refill(t, 2, 0.7, [0.0; 7]))), Some(Limit::Unit(UnitKind::Bsu)));
+    assert_eq!(limit(limited(|t| refill(t, 2, 0.7, [0.0; 7]))), Some(Limit::Unit(stage_id("bsu"))));
     let early = limited(|t| {
         t.preprocessing_end = t.frame * 3 / 4;
         refill(t, 0, 0.6, [0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         (1..4).for_each(|i| refill(t, i, 0.2, [0.0; 7]));
     });
-    assert_eq!(limit(early), Some(Limit::Unit(UnitKind::Ccu)));
+    assert_eq!(limit(early), Some(Limit::Unit(stage_id("ccu"))));
     let overlapped = limited(|t| refill(t, 3, 0.9, [0.0; 7])).expect("time");
     assert_eq!(overlapped.bounds.len(), 1, "where phases overlap one unit leads the whole frame");
     assert_eq!(limit(limited(|t| t.frame = 0)), None);
@@ -212,7 +220,7 @@ fn a_wait_is_traced_to_where_it_begins() {
     assert_eq!(text, dram);
     // The same waits, and a CCU that has its records: more of them would help.
     let found = starved(0.28, 0.02);
-    assert_eq!(found.limit, Limit::Unit(UnitKind::Ccu), "{found:?}");
+    assert_eq!(found.limit, Limit::Unit(stage_id("ccu")), "{found:?}");
     let text = sentence(&found);
     assert!(text.starts_with("CCU-bound for 44 % of the frame, others wait for it"), "{text}");
     // A BSU that is stalled by the VRU is none that a VRU waits for.

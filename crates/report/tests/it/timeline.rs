@@ -1,6 +1,8 @@
 //! Timelines: the picture and the trace events.
 
 use powergs_chart::Style;
+use powergs_core::stage::{buffer_id, stage_id};
+use powergs_energy::action::BufferId;
 use powergs_testkit::charts::covered;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,20 +13,19 @@ use powergs_core::accel::timeline::{Level, Observer, Span, State};
 use powergs_core::accel::{Machine, Stall};
 use powergs_core::sim::{Measured, observed};
 use powergs_core::workload::bin;
-use powergs_energy::action::Buffer;
 use powergs_frame::trace::Reader;
 use powergs_report::charts;
 use powergs_report::perfetto::TraceWriter;
 use powergs_report::timeline::{COLUMNS, IDLE, Picture, Window};
 use serde_json::Value;
 
-fn span(unit: &'static str, instance: u32, state: State, from: u64, to: u64) -> Span {
-    Span { unit, instance, state, from, to }
+fn span(unit: &str, instance: u32, state: State, from: u64, to: u64) -> Span {
+    Span { unit: stage_id(unit), instance, state, from, to }
 }
 
 /// Two cores: tile 0 waits in the middle, tile 1 follows, tile 2 is on the other core.
 fn spans() -> Vec<Span> {
-    let features = State::Stalled(Stall::Features);
+    let features = State::Stalled(Stall::of("features"));
     vec![
         span("ccu", 0, State::Busy(0), 0, 100),
         span("vru", 0, State::Idle, 0, 100),
@@ -57,7 +58,7 @@ fn a_column_shows_what_took_most_of_it() {
     let at = |cycle: usize| cycle * COLUMNS / 1000;
     let vru = rows[1];
     assert_eq!(vru.state(at(50)), IDLE);
-    assert_eq!(vru.state(at(180)), 2 + Stall::Features as usize);
+    assert_eq!(vru.state(at(180)), 2 + Stall::of("features").index());
     assert_eq!(vru.state(at(130)), vru.state(at(250)), "one tile, one colour");
     assert_ne!(vru.state(at(250)), vru.state(at(400)), "the next one has the other");
     assert_eq!(vru.state(at(900)), IDLE, "nothing was said of it");
@@ -100,7 +101,8 @@ fn trace_events_follow_the_format() {
 fn buffers_are_counters() {
     let mut bytes = Vec::new();
     let mut writer = TraceWriter::new(&mut bytes, 2e9, "x").expect("written");
-    let level = |instance, from, bytes| Level { buffer: Buffer::Feature, instance, from, bytes };
+    let level =
+        |instance, from, bytes| Level { buffer: buffer_id("feature"), instance, from, bytes };
     for l in [level(0, 0, 0), level(1, 0, 7), level(0, 10, 0), level(0, 20, 64), level(1, 30, 0)] {
         writer.level(l);
     }
@@ -158,8 +160,8 @@ fn a_full_disk_is_an_error() {
 /// Byte-cycles and largest levels of each buffer.
 #[derive(Default)]
 struct Levels {
-    now: BTreeMap<(Buffer, u32), (u64, u64)>,
-    sums: BTreeMap<Buffer, u128>,
+    now: BTreeMap<(BufferId, u32), (u64, u64)>,
+    sums: BTreeMap<BufferId, u128>,
 }
 
 impl Observer for Levels {

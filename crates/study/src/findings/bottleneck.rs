@@ -1,36 +1,33 @@
 //! Which unit bounds what share of the frame, and what the rest waits for.
 //!
-//! Every cycle of a frame is given to one unit that leads: in preprocessing the CCU, in the tile
-//! phase the busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all over the
-//! whole frame. What the leading unit does in its phase (works, waits for a cause, has no work)
+//! Every cycle of a frame is given to one unit that leads: in preprocessing the busiest of its units
+//! (the CCU), behind it the busiest of the others; where the phases overlap, the busiest of all over
+//! the whole frame. What the leading unit does in its phase (works, waits for a cause, has no work)
 //! adds up to the phase, so the shares add up to the frame.
 //!
 //! A unit that waits for another unit waits in the end for what holds that one up. Such a wait is
-//! traced along VRU, BSU, QSU and CCU: while a unit has nothing to work on, the one before it works
-//! or waits, for anything but room behind it. Shares of time stand for simultaneity: which cycles
+//! traced to the stages before it (VRU, BSU, QSU, CCU): while a unit has nothing to work on, the one
+//! before it works or waits, for anything but room behind it. Shares of time stand for simultaneity: which cycles
 //! coincide is not recorded.
 
-use powergs_core::accel::Stall;
 use powergs_core::sim::statistics::{Key, Record};
-use powergs_energy::action::{Stage, UnitKind};
+use powergs_core::stage::{From, Stall, hardware, stage};
+use powergs_energy::action::{Phase, StageId};
 
 /// What to make faster first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
     /// A kind of unit.
-    Unit(UnitKind),
-    /// The colour units, which rendering waits for.
-    Colour,
+    Unit(StageId),
     /// The bandwidth or the latency of the DRAM.
     Dram,
 }
 
 impl Limit {
     /// The name in every output: of the unit, or `dram`.
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
-            Limit::Unit(unit) => unit.name(),
-            Limit::Colour => "colour",
+            Limit::Unit(unit) => stage(unit).key,
             Limit::Dram => "dram",
         }
     }
@@ -40,7 +37,7 @@ impl Limit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
     /// Which kind of unit.
-    pub unit: UnitKind,
+    pub unit: StageId,
     /// Share of the frame in which it works, 0 to 1.
     pub share: f64,
 }
@@ -51,15 +48,13 @@ pub struct Wait {
     /// What for.
     pub cause: Stall,
     /// The leading unit that waits for it longest.
-    pub unit: UnitKind,
+    pub unit: StageId,
     /// Share of the frame, 0 to 1; all leading units together.
     pub share: f64,
-    /// The part of it in which nothing but colours was missing.
-    pub colours: f64,
     /// Share of the bursts of the stage that waits that had to open a row, where that is known.
     pub row_miss: Option<f64>,
-    /// Where a wait for another unit begins, largest share first; they add up to what is not for
-    /// colours. Empty for other causes, and where the units before have nothing to do either.
+    /// Where a wait for the unit before begins, largest share first; they add up to it. Empty for
+    /// other causes, and where the units before have nothing to do either.
     pub roots: Vec<Root>,
 }
 
@@ -67,6 +62,14 @@ impl Wait {
     /// The part of it that is for DRAM, but not of the unit itself: another one waits for it.
     pub fn traced_to_dram(&self) -> f64 {
         self.roots.iter().filter(|r| r.is_dram()).map(|r| r.share).sum()
+    }
+
+    /// The unit that it is for, where that is another than the one before.
+    pub fn waits_for(&self) -> Option<StageId> {
+        match self.cause.words().from {
+            From::Stage(key) => hardware().stage_called(key),
+            From::Memory | From::Neighbour => None,
+        }
     }
 
     /// Whether it is, for the most part and in the end, for DRAM.
@@ -79,7 +82,7 @@ impl Wait {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Root {
     /// The unit that is slow.
-    pub unit: UnitKind,
+    pub unit: StageId,
     /// What it waits for; `None` where it works.
     pub cause: Option<Stall>,
     /// Share of the frame, 0 to 1.
@@ -112,11 +115,12 @@ pub struct Bottleneck {
 impl Bottleneck {
     /// Share of the frame in which `unit` works while it leads, or while the leading ones wait for
     /// it.
-    pub fn holds_up(&self, unit: UnitKind) -> f64 {
+    pub fn holds_up(&self, unit: StageId) -> f64 {
         let leads = self.bounds.iter().filter(|b| b.unit == unit).map(|b| b.share);
         let roots = self.waits.iter().flat_map(|w| &w.roots);
         let awaited = roots.filter(|r| r.unit == unit && r.cause.is_none()).map(|r| r.share);
-        leads.chain(awaited).sum()
+        let named = self.waits.iter().filter(|w| w.waits_for() == Some(unit)).map(|w| w.share);
+        leads.chain(awaited).chain(named).sum()
     }
 
     /// Whether the DRAM's data bus is full, so that nothing else can be the limit.
@@ -134,29 +138,41 @@ const NOTHING: f64 = 1e-9;
 /// What one kind of unit does, as shares of the frame.
 #[derive(Clone)]
 struct Leader {
-    unit: UnitKind,
+    unit: StageId,
     busy: f64,
-    stalls: [f64; Stall::ALL.len()],
-    /// The part of [`Stall::Input`] that is for colours.
-    colours: f64,
+    /// In the order of [`Stall::all`].
+    stalls: Vec<f64>,
     idle: f64,
 }
 
 impl Leader {
-    fn of(record: &Record, unit: UnitKind, frame: f64) -> Leader {
+    fn of(record: &Record, unit: StageId, frame: f64) -> Leader {
         let all = record.value(Key::Instances(unit)) * frame;
-        let colours = record.mean(Key::ColourWaits).filter(|_| unit == UnitKind::Vru);
+        let has = |cause| stage(unit).stalls().any(|own| own == cause);
+        let waits = |cause: &Stall| match has(*cause) {
+            true => record.value(Key::Stalled(unit, *cause)) / all,
+            false => 0.0,
+        };
         Leader {
             unit,
             busy: record.value(Key::Busy(unit)) / all,
-            stalls: Stall::ALL.map(|cause| record.value(Key::Stalled(unit, cause)) / all),
-            colours: colours.map_or(0.0, |cycles| cycles / all),
+            stalls: Stall::all().iter().map(waits).collect(),
             idle: record.value(Key::Idle(unit)) / all,
         }
     }
 
     fn is_known(&self) -> bool {
         self.busy.is_finite() && self.idle.is_finite() && self.stalls.iter().all(|s| s.is_finite())
+    }
+
+    fn works_in(&self, phase: Phase) -> bool {
+        stage(self.unit).phase == phase
+    }
+
+    /// Share for which it waits for a cause.
+    fn waits(&self, cause: Stall) -> f64 {
+        let at = Stall::all().iter().position(|known| *known == cause);
+        at.map_or(0.0, |at| self.stalls[at])
     }
 }
 
@@ -165,41 +181,46 @@ impl Leader {
 pub fn of(record: &Record) -> Option<Bottleneck> {
     let frame = record.mean(Key::FrameCycles).filter(|f| *f > 0.0)?;
     let first = record.value(Key::PreprocessingCycles) / frame;
-    let units = UnitKind::ALL.map(|unit| Leader::of(record, unit, frame));
-    if !units.iter().all(Leader::is_known) {
+    let units: Vec<Leader> = record.units().map(|unit| Leader::of(record, unit, frame)).collect();
+    if units.is_empty() || !units.iter().all(Leader::is_known) {
         return None;
     }
-    let chain = units.clone();
-    let [ccu, others @ ..] = units;
-    let tiles = others.into_iter().max_by(|a, b| a.busy.total_cmp(&b.busy))?;
-    // A unit that has no work outside of its phase idles at least as long as that.
-    let apart = ccu.idle > 1.0 - first - NOTHING && tiles.idle > first - NOTHING;
-    let leaders = if apart {
-        let ccu_idle = (ccu.idle - (1.0 - first)).max(0.0);
-        let tiles_idle = (tiles.idle - first).max(0.0);
-        vec![Leader { idle: ccu_idle, ..ccu }, Leader { idle: tiles_idle, ..tiles }]
-    } else {
-        vec![if ccu.busy > tiles.busy { ccu } else { tiles }]
+    let busiest = |in_first: bool| {
+        let mine = units.iter().filter(|u| u.works_in(Phase::Preprocessing) == in_first);
+        mine.max_by(|a, b| a.busy.total_cmp(&b.busy)).cloned()
     };
-    Some(found(record, &leaders, &chain))
+    let leaders = match (busiest(true), busiest(false)) {
+        // A unit that has no work outside of its phase idles at least as long as that.
+        (Some(early), Some(late))
+            if early.idle > 1.0 - first - NOTHING && late.idle > first - NOTHING =>
+        {
+            let early_idle = (early.idle - (1.0 - first)).max(0.0);
+            let late_idle = (late.idle - first).max(0.0);
+            vec![Leader { idle: early_idle, ..early }, Leader { idle: late_idle, ..late }]
+        }
+        (Some(early), Some(late)) => vec![if early.busy > late.busy { early } else { late }],
+        (only, None) | (None, only) => only.into_iter().collect(),
+    };
+    Some(found(record, &leaders, &units))
 }
 
-/// Where `share` of the frame begins in which unit `at` of `chain` has nothing to work on.
-fn roots(chain: &[Leader], at: UnitKind, share: f64) -> Vec<Root> {
-    let before = chain.iter().take_while(|unit| unit.unit != at).last();
+/// Where `share` of the frame begins in which unit `at` of `all` has nothing to work on.
+fn roots(all: &[Leader], at: StageId, share: f64) -> Vec<Root> {
+    let before = stage(at).after;
+    let before = all.iter().find(|unit| Some(stage(unit.unit).key) == before);
     let Some(before) = before else { return Vec::new() };
-    let waits = Stall::ALL.into_iter().filter(|cause| *cause != Stall::Output);
-    let waits = waits.map(|cause| (Some(cause), before.stalls[cause as usize]));
+    let waits = Stall::all().iter().filter(|cause| **cause != Stall::OUTPUT);
+    let waits = waits.map(|cause| (Some(*cause), before.waits(*cause)));
     let does: Vec<(Option<Stall>, f64)> = [(None, before.busy)].into_iter().chain(waits).collect();
-    let all: f64 = does.iter().map(|(_, share)| share).sum();
-    if all < NOTHING {
+    let sum: f64 = does.iter().map(|(_, share)| share).sum();
+    if sum < NOTHING {
         return Vec::new();
     }
     let mut found: Vec<Root> = Vec::new();
     for (cause, part) in does {
-        let root = Root { unit: before.unit, cause, share: share * part / all };
+        let root = Root { unit: before.unit, cause, share: share * part / sum };
         let further = match cause {
-            Some(Stall::Input) => roots(chain, before.unit, root.share),
+            Some(Stall::INPUT) => roots(all, before.unit, root.share),
             _ => Vec::new(),
         };
         let ends_here = further.is_empty() && root.share > NOTHING;
@@ -210,59 +231,43 @@ fn roots(chain: &[Leader], at: UnitKind, share: f64) -> Vec<Root> {
     found
 }
 
-fn found(record: &Record, leaders: &[Leader], chain: &[Leader]) -> Bottleneck {
+fn found(record: &Record, leaders: &[Leader], all: &[Leader]) -> Bottleneck {
     let mut bounds: Vec<Bound> =
         leaders.iter().map(|u| Bound { unit: u.unit, share: u.busy }).collect();
     bounds.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let mut waits: Vec<Wait> = Stall::ALL
-        .map(|cause| {
-            let of = |leader: &Leader| leader.stalls[cause as usize];
-            let longest = leaders.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
-            let unit = longest.map_or(UnitKind::Ccu, |leader| leader.unit);
-            let share: f64 = leaders.iter().map(of).sum();
-            let colours: f64 = match cause {
-                Stall::Input => leaders.iter().map(|leader| leader.colours).sum(),
-                _ => 0.0,
-            };
-            let roots = match cause {
-                Stall::Input => roots(chain, unit, share - colours),
-                _ => Vec::new(),
-            };
-            Wait { cause, unit, share, colours, row_miss: misses(record, cause), roots }
-        })
-        .into_iter()
-        .filter(|w| w.share > NOTHING)
-        .collect();
+    let wait = |cause: &Stall| {
+        let cause = *cause;
+        let longest = leaders.iter().max_by(|a, b| a.waits(cause).total_cmp(&b.waits(cause)))?;
+        let (unit, share) = (longest.unit, leaders.iter().map(|l| l.waits(cause)).sum());
+        let roots = match cause {
+            Stall::INPUT => roots(all, unit, share),
+            _ => Vec::new(),
+        };
+        Some(Wait { cause, unit, share, row_miss: misses(record, cause), roots })
+    };
+    let mut waits: Vec<Wait> =
+        Stall::all().iter().filter_map(wait).filter(|w| w.share > NOTHING).collect();
     waits.sort_by(|a, b| b.share.total_cmp(&a.share));
     let direct = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share);
     let dram_wait = direct.chain(waits.iter().map(Wait::traced_to_dram)).sum();
-    let colours: f64 = waits.iter().map(|w| w.colours).sum();
     let without_work = leaders.iter().map(|u| u.idle).sum();
     let bus_busy = record.value(Key::DramBusy);
     let limit = Limit::Unit(bounds[0].unit);
     let mut found = Bottleneck { limit, bounds, waits, without_work, dram_wait, bus_busy };
-    let works = chain.iter().map(|unit| (unit.unit, found.holds_up(unit.unit)));
+    let works = all.iter().map(|unit| (unit.unit, found.holds_up(unit.unit)));
     let slowest = works.max_by(|a, b| a.1.total_cmp(&b.1));
     let (slowest, works) = slowest.unwrap_or((found.bounds[0].unit, 0.0));
-    found.limit = if found.is_bus_full() || dram_wait > works.max(colours) {
-        Limit::Dram
-    } else if colours > works {
-        Limit::Colour
-    } else {
-        Limit::Unit(slowest)
+    found.limit = match found.is_bus_full() || dram_wait > works {
+        true => Limit::Dram,
+        false => Limit::Unit(slowest),
     };
     found
 }
 
 /// Share of the bursts of the stage that waits for `cause` that had to open a row.
 fn misses(record: &Record, cause: Stall) -> Option<f64> {
-    let stage = match cause {
-        Stall::Records => Stage::Preprocessing,
-        Stall::List | Stall::Spill => Stage::Sorting,
-        Stall::Features => Stage::Rendering,
-        Stall::Input | Stall::Output | Stall::Bank => return None,
-    };
-    let bursts = record.mean(Key::BurstsRead(stage))? + record.mean(Key::BurstsWritten(stage))?;
-    let opened = record.mean(Key::RowsOpened(stage))?;
+    let phase = cause.stage().filter(|_| cause.is_dram())?.phase;
+    let bursts = record.mean(Key::BurstsRead(phase))? + record.mean(Key::BurstsWritten(phase))?;
+    let opened = record.mean(Key::RowsOpened(phase))?;
     (bursts > 0.0).then(|| (opened / bursts).min(1.0))
 }

@@ -1,14 +1,14 @@
 //! Where the energy of a run goes, by stage and component: means over frames.
 
 use powergs_core::sim::statistics::{Key, Record};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_energy::{Component, Standby};
 
 /// A value for every stage and component.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Breakdown {
-    /// By stage (order of [`Stage::ALL`]) and component (order of [`Component::ALL`]).
-    pub parts: [[f64; Component::ALL.len()]; Stage::ALL.len()],
+    /// By stage (order of [`Phase::ALL`]) and component (order of [`Component::ALL`]).
+    pub parts: [[f64; Component::ALL.len()]; Phase::ALL.len()],
 }
 
 impl Breakdown {
@@ -25,26 +25,26 @@ impl Breakdown {
     }
 
     fn new(record: &Record, work: f64, standby: impl Fn(Component) -> f64) -> Self {
-        let mut parts = [[0.0; Component::ALL.len()]; Stage::ALL.len()];
-        for stage in Stage::WORK {
+        let mut parts = [[0.0; Component::ALL.len()]; Phase::ALL.len()];
+        for stage in Phase::WORK {
             for component in Key::COMPONENTS {
                 let pj = record.value(Key::EnergyPart(stage, component));
                 parts[stage as usize][component as usize] = pj * work;
             }
         }
         for component in Standby::COMPONENTS {
-            parts[Stage::Standby as usize][component as usize] = standby(component);
+            parts[Phase::Standby as usize][component as usize] = standby(component);
         }
         Breakdown { parts }
     }
 
     /// One part.
-    pub fn part(&self, stage: Stage, component: Component) -> f64 {
+    pub fn part(&self, stage: Phase, component: Component) -> f64 {
         self.parts[stage as usize][component as usize]
     }
 
     /// Sum over components.
-    pub fn stage(&self, stage: Stage) -> f64 {
+    pub fn stage(&self, stage: Phase) -> f64 {
         self.parts[stage as usize].iter().sum()
     }
 
@@ -59,8 +59,8 @@ impl Breakdown {
     }
 
     /// Stages to show: standby only where it costs anything (in the `paper` model it does not).
-    pub fn shown(&self) -> Vec<Stage> {
-        let shown = |s: &Stage| *s != Stage::Standby || self.stage(*s) != 0.0;
-        Stage::ALL.into_iter().filter(shown).collect()
+    pub fn shown(&self) -> Vec<Phase> {
+        let shown = |s: &Phase| *s != Phase::Standby || self.stage(*s) != 0.0;
+        Phase::ALL.into_iter().filter(shown).collect()
     }
 }

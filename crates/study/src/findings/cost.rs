@@ -68,7 +68,7 @@ impl CostSum {
         self.sum.frame_time_ms += report.frame_time_s().unwrap_or(0.0) * 1e3;
         self.sum.energy_pj += report.energy.total().0;
         self.sum.power_w += report.power_display_rate_w(fps) * shown;
-        self.sum.area_mm2 = report.area.map(|area| area.total().0);
+        self.sum.area_mm2 = report.area.as_ref().map(|area| area.total().0);
         self.frames += 1;
         self.shown += shown;
     }

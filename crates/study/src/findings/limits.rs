@@ -2,32 +2,13 @@
 
 use super::bottleneck::{Bottleneck, Limit};
 use crate::run_record::{Experiments, MachineFacts};
+use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::statistics::{Key, Record};
+use powergs_core::stage::{OmitDecl, omissions, stage};
 use powergs_energy::Component;
-use powergs_energy::action::UnitKind;
 
-/// What an effect that is left out does to the frame time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bias {
-    /// Real frames take longer than simulated ones.
-    Optimistic,
-    /// Real frames take less time than simulated ones.
-    Pessimistic,
-    /// Depends on the scene or the design.
-    Either,
-}
-
-impl Bias {
-    /// The name in every output.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Bias::Optimistic => "optimistic",
-            Bias::Pessimistic => "pessimistic",
-            Bias::Either => "either",
-        }
-    }
-}
+pub use powergs_core::stage::Bias;
 
 /// An effect that is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,87 +19,26 @@ pub struct Effect {
     pub bias: Bias,
     /// The assumption that says more; empty where none does.
     pub assumption: &'static str,
-    /// Which machines leave it out.
-    pub left_out_by: LeftOutBy,
+    /// The key and value with which a machine leaves it out; empty where all do.
+    pub with: &'static str,
 }
 
-/// The machines that leave an effect out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LeftOutBy {
-    /// All.
-    All,
-    /// Those with this model of the DRAM.
-    Dram(DramModel),
-    /// Those without a second master at the DRAM.
-    Alone,
-    /// Those whose units change between sub-tiles for nothing.
-    FreeSwitch,
-    /// Those that know at once that a sub-tile has stopped.
-    KnownStops,
-    /// Those whose lists are made for nothing.
-    FreeLists,
-}
-
-impl Effect {
-    /// Whether a run of this machine left it out. A run of the `paper` model did.
-    pub fn applies(&self, machine: &MachineFacts) -> bool {
-        match self.left_out_by {
-            LeftOutBy::All => true,
-            LeftOutBy::Dram(model) => machine.dram_model.is_none_or(|own| own == model),
-            LeftOutBy::Alone => machine.second_master_gb_s.is_none(),
-            LeftOutBy::FreeSwitch => machine.switches_for_free,
-            LeftOutBy::KnownStops => machine.knows_stops,
-            LeftOutBy::FreeLists => machine.has_free_lists,
-        }
-    }
-
-    const fn by(self, left_out_by: LeftOutBy) -> Effect {
-        Effect { left_out_by, ..self }
+impl From<&OmitDecl> for Effect {
+    fn from(omit: &OmitDecl) -> Effect {
+        let OmitDecl { what, bias, assumption, with, by: _ } = *omit;
+        Effect { what, bias, assumption, with }
     }
 }
 
-const fn effect(what: &'static str, bias: Bias, assumption: &'static str) -> Effect {
-    Effect { what, bias, assumption, left_out_by: LeftOutBy::All }
-}
-
-/// The effects that a run of this machine left out.
-pub fn left_out(machine: &MachineFacts) -> Vec<Effect> {
-    NOT_MODELLED.into_iter().filter(|e| e.applies(machine)).collect()
+/// The effects that runs of a machine leave out.
+pub fn left_out_by(machine: &Machine) -> Vec<Effect> {
+    omissions().filter(|omit| (omit.by)(machine)).map(Effect::from).collect()
 }
 
 /// Everything that is known to be left out.
-pub const NOT_MODELLED: [Effect; 13] = [
-    effect("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
-        .by(LeftOutBy::Dram(DramModel::Bandwidth)),
-    effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
-    effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
-    effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
-    effect("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
-    effect("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
-        .by(LeftOutBy::Alone),
-    effect(
-        "the change of all units of a core from one sub-tile to another: pixel state, features",
-        Bias::Optimistic,
-        "A86",
-    )
-    .by(LeftOutBy::FreeSwitch),
-    effect("pairs that begin before a stop is known", Bias::Optimistic, "A88")
-        .by(LeftOutBy::KnownStops),
-    effect(
-        "how pairs get from the order of the CCUs into the lists of tiles",
-        Bias::Optimistic,
-        "A90",
-    )
-    .by(LeftOutBy::FreeLists),
-    effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
-    effect(
-        "changes of clock and voltage in a frame, temperature, wake-up times",
-        Bias::Optimistic,
-        "",
-    ),
-    effect("reads of one unit served before older ones of another", Bias::Either, "A33"),
-    effect("lists of early tiles used before preprocessing ends", Bias::Pessimistic, "A28"),
-];
+pub fn not_modelled() -> Vec<Effect> {
+    omissions().map(Effect::from).collect()
+}
 
 /// How many effects are wrong which way, in the order of [`Bias`].
 pub fn ways(effects: &[Effect]) -> [usize; 3] {
@@ -206,11 +126,7 @@ pub fn mattered(
                         None | Some(DramModel::Bandwidth) => &["A4", "A5"],
                         Some(_) => &["A41"],
                     },
-                    Limit::Unit(UnitKind::Ccu) => &["A1", "A2"],
-                    Limit::Unit(UnitKind::Qsu) => &["A23", "A24"],
-                    Limit::Unit(UnitKind::Bsu) => &["A25"],
-                    Limit::Unit(UnitKind::Vru) => &["A84", "A27"],
-                    Limit::Colour => &["A103", "A31"],
+                    Limit::Unit(unit) => stage(unit).behind,
                 };
                 numbers.iter().for_each(|number| add(number, Why::Bottleneck));
             }

@@ -12,8 +12,8 @@ use powergs_core::accel::Machine;
 use powergs_core::accel::machine::{DramModel, OPTIONAL};
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
+use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
-use powergs_energy::EnergyTable;
 
 use crate::findings::sensitivity::keys::{NotTried, Reach};
 

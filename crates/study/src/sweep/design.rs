@@ -8,8 +8,9 @@ use xxhash_rust::xxh3::Xxh3;
 use super::library::LibraryDocument;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost::untimed;
+use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
-use powergs_energy::{EnergyTable, Prices};
+use powergs_energy::Prices;
 use powergs_frame::display::Display;
 
 /// A design: a machine that fits together, with its prices.

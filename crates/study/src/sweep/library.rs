@@ -13,8 +13,8 @@ use powergs_base::config::knob;
 use powergs_core::accel::Machine;
 use powergs_core::run::files::Files;
 use powergs_core::run::identity::content_id;
+use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
-use powergs_energy::EnergyTable;
 use powergs_frame::display::Display;
 
 /// Changed files that are kept; beyond that they are made anew for every point.

@@ -1,7 +1,8 @@
 //! What is measured for a row.
 
 use super::totals::Totals;
-use powergs_energy::action::{Buffer, UnitKind};
+use powergs_core::stage::{hardware, stage};
+use powergs_energy::action::StageId;
 
 /// A measure of a machine, or of one machine against another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,41 +76,32 @@ pub enum Metric {
 /// A kind of unit, or all buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
-    /// Culling and conversion.
-    Ccu,
-    /// Quick sorting.
-    Qsu,
-    /// Bitonic sorting.
-    Bsu,
-    /// Rendering.
-    Vru,
+    /// All units of a kind.
+    Unit(StageId),
     /// Every buffer of the chip.
     Buffers,
 }
 
 impl Block {
     /// All blocks.
-    pub const ALL: [Block; 5] = [Block::Ccu, Block::Qsu, Block::Bsu, Block::Vru, Block::Buffers];
+    pub fn all() -> impl Iterator<Item = Block> {
+        let units = hardware().units().map(|(id, _)| Block::Unit(id));
+        units.chain([Block::Buffers])
+    }
 
-    /// Names of the metrics of its area and its power.
-    const fn names(self) -> (&'static str, &'static str) {
+    /// The end of the names of its metrics.
+    fn name(self) -> &'static str {
         match self {
-            Block::Ccu => ("area_ccu", "peak_power_ccu"),
-            Block::Qsu => ("area_qsu", "peak_power_qsu"),
-            Block::Bsu => ("area_bsu", "peak_power_bsu"),
-            Block::Vru => ("area_vru", "peak_power_vru"),
-            Block::Buffers => ("area_buffers", "peak_power_buffers"),
+            Block::Unit(unit) => stage(unit).key,
+            Block::Buffers => "buffers",
         }
     }
 
     /// Whether what is called `name` in a list of areas or powers belongs to it.
     pub(super) fn has(self, name: &str) -> bool {
         match self {
-            Block::Ccu => name == UnitKind::Ccu.name(),
-            Block::Qsu => name == UnitKind::Qsu.name(),
-            Block::Bsu => name == UnitKind::Bsu.name(),
-            Block::Vru => name == UnitKind::Vru.name(),
-            Block::Buffers => Buffer::ALL.iter().any(|buffer| name == buffer.name()),
+            Block::Unit(unit) => name == stage(unit).key,
+            Block::Buffers => hardware().buffers().any(|(_, buffer)| name == buffer.name),
         }
     }
 }
@@ -118,8 +110,8 @@ impl Block {
 type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
-    /// All metrics.
-    pub const ALL: [Metric; 39] = [
+    /// All metrics but those of blocks.
+    const WHOLE: [Metric; 29] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -149,17 +141,13 @@ impl Metric {
         Metric::TileShare,
         Metric::TilePairs,
         Metric::ListLength,
-        Metric::BlockArea(Block::Ccu),
-        Metric::BlockArea(Block::Qsu),
-        Metric::BlockArea(Block::Bsu),
-        Metric::BlockArea(Block::Vru),
-        Metric::BlockArea(Block::Buffers),
-        Metric::BlockPower(Block::Ccu),
-        Metric::BlockPower(Block::Qsu),
-        Metric::BlockPower(Block::Bsu),
-        Metric::BlockPower(Block::Vru),
-        Metric::BlockPower(Block::Buffers),
     ];
+
+    /// All metrics.
+    pub fn all() -> impl Iterator<Item = Metric> {
+        let areas = Block::all().map(Metric::BlockArea);
+        Metric::WHOLE.into_iter().chain(areas).chain(Block::all().map(Metric::BlockPower))
+    }
 
     const fn facts(self) -> MetricFacts {
         match self {
@@ -192,14 +180,20 @@ impl Metric {
             Metric::TileShare => ("tile_share", "", false, true),
             Metric::TilePairs => ("tile_pairs", "M", false, true),
             Metric::ListLength => ("list_length", "entries", false, true),
-            Metric::BlockArea(block) => (block.names().0, "mm²", false, false),
-            Metric::BlockPower(block) => (block.names().1, "W", false, false),
+            Metric::BlockArea(_) => ("area", "mm²", false, false),
+            Metric::BlockPower(_) => ("peak_power", "W", false, false),
         }
     }
 
     /// The name in the file.
-    pub const fn name(self) -> &'static str {
-        self.facts().0
+    pub fn name(self) -> String {
+        let name = self.facts().0;
+        match self {
+            Metric::BlockArea(block) | Metric::BlockPower(block) => {
+                format!("{name}_{}", block.name())
+            }
+            _ => name.to_owned(),
+        }
     }
 
     /// Unit of the value; empty for shares.
@@ -224,7 +218,7 @@ impl Metric {
 
     /// The metric of this name.
     pub fn named(name: &str) -> Option<Metric> {
-        Metric::ALL.into_iter().find(|m| m.name() == name)
+        Metric::all().find(|m| m.name() == name)
     }
 
     /// The value from what the machine did, and what the other one did; `None` where that was not
@@ -270,8 +264,8 @@ impl Metric {
             Metric::TileShare => of.tile_seconds / of.seconds,
             Metric::TilePairs => per_frame(of.tile_pairs),
             Metric::ListLength => of.tile_pairs as f64 / of.lists as f64,
-            Metric::BlockArea(block) => of.blocks?[block as usize].0?,
-            Metric::BlockPower(block) => of.blocks?[block as usize].1,
+            Metric::BlockArea(block) => of.block(block)?.0?,
+            Metric::BlockPower(block) => of.block(block)?.1,
         };
         Some(value).filter(|v| v.is_finite())
     }

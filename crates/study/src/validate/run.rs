@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::numbers::Parts;
-use super::totals::Totals;
+use super::totals::{BlockCost, Totals};
 use super::{Block, MachineName, Row, Status, Tables, Workload};
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
 use powergs_core::run::{FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::cost::peak_w;
+use powergs_core::stage::hardware;
+use powergs_energy::Area;
 use powergs_scene::synth::generate;
 use powergs_scene::{Camera, Gaussians};
 
@@ -23,27 +25,31 @@ pub struct Built {
     /// Its power with every unit busy, watts.
     pub peak_w: f64,
     /// The same two of each block.
-    pub blocks: [(Option<f64>, f64); Block::ALL.len()],
+    pub blocks: Vec<BlockCost>,
 }
 
 impl Built {
     /// The machine, and what needs no frame.
     pub fn new(system: System) -> Built {
-        let area_mm2 = system.prices().area.map(|area| area.core().0);
+        let area = system.prices().area.as_ref();
+        let area_mm2 = area.map(|area| area.core().0);
         let peak = peak_w(system.machine(), system.prices());
-        let areas = system.prices().area.map(|area| area.blocks());
-        let blocks = Block::ALL.map(|block| {
-            let area = areas.iter().flatten().filter(|(name, _)| block.has(name));
-            let area = areas.map(|_| area.map(|(_, mm2)| mm2.0).sum());
+        let names = Area::blocks(hardware());
+        let of_block = |block: Block| {
+            let mine = |areas: &Area| -> f64 {
+                let all = names.iter().zip(areas.areas());
+                all.filter(|(known, _)| block.has(known.name)).map(|(_, mm2)| mm2.0).sum()
+            };
             let watts = peak.iter().filter(|(name, _)| block.has(name)).map(|(_, watts)| watts);
-            (area, watts.sum())
-        });
+            (area.map(mine), watts.sum())
+        };
+        let blocks = Block::all().map(of_block).collect();
         Built { area_mm2, peak_w: peak.iter().map(|(_, watts)| watts).sum(), blocks, system }
     }
 
     /// Adds what needs no frame.
     fn facts(&self, totals: Totals) -> Totals {
-        let blocks = Some(self.blocks);
+        let blocks = Some(self.blocks.clone());
         Totals { area_mm2: self.area_mm2, peak_w: Some(self.peak_w), blocks, ..totals }
     }
 }

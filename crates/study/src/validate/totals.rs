@@ -2,11 +2,14 @@
 
 use super::Block;
 use powergs_core::accel::Machine;
-use powergs_core::accel::Stall;
 use powergs_core::sim::{CycleReport, FrameReport, Measured};
+use powergs_core::stage::{Stall, stage};
 use powergs_core::workload::FrameWorkload;
 use powergs_energy::Component;
-use powergs_energy::action::{Stage, UnitKind};
+use powergs_energy::action::Phase;
+
+/// Area, mm², where the energy table knows it, and power with every unit busy, watts.
+pub type BlockCost = (Option<f64>, f64);
 
 /// Sums over frames.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,8 +18,8 @@ pub struct Totals {
     pub area_mm2: Option<f64>,
     /// Power with every unit busy, watts.
     pub peak_w: Option<f64>,
-    /// Area, mm², and power with every unit busy, watts, of each block.
-    pub blocks: Option<[(Option<f64>, f64); Block::ALL.len()]>,
+    /// Of each block, in the order of [`Block::all`].
+    pub blocks: Option<Vec<BlockCost>>,
     /// Frames.
     pub frames: u64,
     /// Time.
@@ -27,7 +30,7 @@ pub struct Totals {
     pub chip_pj: f64,
     /// Energy of the DRAM: accesses, refresh and background.
     pub dram_pj: f64,
-    /// DRAM bytes (read, written) by stage, order of `Stage::WORK`.
+    /// DRAM bytes (read, written) by stage, order of `Phase::WORK`.
     pub dram: [(u64, u64); 3],
     /// Bytes of list entries that the CCUs write.
     pub list_bytes_written: u64,
@@ -81,7 +84,7 @@ impl Totals {
         self.dram_pj += dram.map(|c| report.energy.component(c).0).iter().sum::<f64>();
         // Papers on these accelerators count no PHY.
         self.dram_pj -= report.phy_standby_w * report.frame_time_s().unwrap_or(0.0) * 1e12;
-        for (sum, stage) in self.dram.iter_mut().zip(Stage::WORK) {
+        for (sum, stage) in self.dram.iter_mut().zip(Phase::WORK) {
             let bytes = report.stages[stage as usize];
             *sum = (sum.0 + bytes.read, sum.1 + bytes.write);
         }
@@ -91,7 +94,7 @@ impl Totals {
         self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
         let features = workload.counters.intersecting_points * machine.record.projected.0;
         self.list_bytes_written += match machine.list_shape() {
-            Some(_) => report.stages[Stage::Preprocessing as usize].write.saturating_sub(features),
+            Some(_) => report.stages[Phase::Preprocessing as usize].write.saturating_sub(features),
             None => pairs * machine.list_entry(),
         };
         let tiles = workload.tiles.iter();
@@ -115,12 +118,18 @@ impl Totals {
         for unit in &timing.units {
             let cycles = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
             self.unit_cycles += cycles;
-            self.bank_stalls += unit.stalls[Stall::Bank as usize];
-            if unit.unit == UnitKind::Vru {
+            self.bank_stalls += unit.stalls[Stall::BANK.index()];
+            if stage(unit.unit).has_lanes {
                 self.vru_active += cycles - unit.idle;
                 self.vru_cycles += cycles;
             }
         }
+    }
+
+    /// Area and peak power of a block.
+    pub(super) fn block(&self, block: Block) -> Option<BlockCost> {
+        let at = Block::all().position(|known| known == block)?;
+        self.blocks.as_ref()?.get(at).copied()
     }
 
     /// All DRAM bytes.

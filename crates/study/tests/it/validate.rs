@@ -242,8 +242,8 @@ fn tolerances_and_machine_names() {
     let name = MachineName::parse(" gscore  vru.cores=2 clock=1GHz").unwrap();
     assert_eq!(name.to_string(), "gscore vru.cores=2 clock=1GHz");
     assert_eq!(MachineName::parse("  "), None);
-    for metric in Metric::ALL {
-        assert_eq!(Metric::named(metric.name()), Some(metric));
+    for metric in Metric::all() {
+        assert_eq!(Metric::named(&metric.name()), Some(metric));
     }
 }
 

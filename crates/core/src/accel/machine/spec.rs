@@ -453,7 +453,7 @@ pub struct BufferSpecs {
 }
 
 impl BufferSpecs {
-    /// In the order of [`Buffer::ALL`](powergs_energy::action::Buffer::ALL), without the cache.
+    /// All of them.
     pub fn all(&self) -> [&BufferSpec; 5] {
         [&self.gaussian_in, &self.tile_list, &self.sorting, &self.feature, &self.pixel_out]
     }

@@ -7,14 +7,13 @@ use super::{NEVER, Shared};
 use crate::accel::Stall;
 use crate::accel::batch::Batch;
 use crate::accel::buffer::BufferAllocator;
-use crate::accel::ccu::{Ccu, READS};
+use crate::accel::ccu::{Ccu, GAUSSIAN_IN, READS, RECORDS, TILE_LIST};
 use crate::accel::layout::Layout;
 use crate::accel::memory::{Arrival, Memory};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::stream::Stream;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use powergs_energy::action::Buffer;
 
 /// A batch that a CCU holds, from its claim until its results have been written.
 #[derive(Debug, Clone)]
@@ -85,7 +84,7 @@ impl CcuState {
     pub(crate) fn new(unit: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             owner,
-            ledger: Ledger::new(Ccu::NAME, unit),
+            ledger: Ledger::new(Ccu::STAGE, unit),
             state: State::Idle,
             since: 0,
             input: BufferAllocator::new(units.shares.gaussian_in),
@@ -255,15 +254,15 @@ impl CcuState {
             return if entering.busy > now {
                 State::Busy(entering.index)
             } else {
-                State::Stalled(Stall::Bank)
+                State::Stalled(Stall::BANK)
             };
         }
         match self.held.get(self.entered) {
             None => State::Idle,
             Some(head) if head.reads == READS && shared.memory.at(head.transfer) <= now => {
-                State::Stalled(Stall::Output)
+                State::Stalled(Stall::OUTPUT)
             }
-            Some(_) => State::Stalled(Stall::Records),
+            Some(_) => State::Stalled(RECORDS),
         }
     }
 
@@ -313,8 +312,7 @@ impl CcuState {
     /// Reports the occupancy of its buffers.
     fn tell(&self, from: u64, observer: &mut impl Observer) {
         let instance = self.ledger.instance();
-        for (buffer, room) in [(Buffer::GaussianIn, &self.input), (Buffer::TileList, &self.output)]
-        {
+        for (buffer, room) in [(GAUSSIAN_IN, &self.input), (TILE_LIST, &self.output)] {
             observer.level(Level { buffer, instance, from, bytes: room.used() });
         }
     }

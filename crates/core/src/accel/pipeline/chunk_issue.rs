@@ -24,7 +24,8 @@ use crate::accel::traffic::ChunkLoad;
 use crate::accel::unit::Unit;
 use crate::accel::vru::Render;
 use crate::accel::{Stall, memory::Arrival};
-use powergs_energy::action::{Action, ActionCounts, Stage};
+use crate::stage::DRAM_READ;
+use powergs_energy::action::{ActionCounts, Phase};
 
 /// The connections of the stage in cycle `now`.
 pub(super) struct ChunkIssuePorts<'p, 'a, O> {
@@ -78,7 +79,7 @@ impl ChunkIssue {
         Self {
             owner,
             job: None,
-            ledger: Ledger::new(Bsu::NAME, core),
+            ledger: Ledger::new(Bsu::STAGE, core),
             sorter_free: 0,
             speculation: ActionCounts::default(),
             end: 0,
@@ -243,7 +244,7 @@ impl ChunkIssue {
         // A frame ends no earlier than its last sort, even a speculative one.
         self.end = self.end.max(self.sorter_free);
         self.ledger.book(State::Busy(tile), start, busy, shared.observer);
-        self.ledger.book(State::Stalled(Stall::Bank), busy, self.sorter_free, shared.observer);
+        self.ledger.book(State::Stalled(Stall::BANK), busy, self.sorter_free, shared.observer);
         self.sorter_free
     }
 
@@ -280,7 +281,7 @@ impl ChunkIssue {
             bsu.charge(&units.bsu, &sort, &mut self.speculation, check);
             units.vru.charge_unused(entries, &mut self.speculation);
             let read = load.bytes(units);
-            self.speculation.charge(Stage::Rendering, Action::DramRead, read);
+            self.speculation.charge(Phase::Rendering, DRAM_READ, read);
             let features = shared.issue(now, self.owner, Stream::Features, read, |_| pattern);
             let item = Chunk {
                 tile,

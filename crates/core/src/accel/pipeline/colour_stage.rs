@@ -6,8 +6,11 @@
 
 use super::NEVER;
 use super::feature_queue::FeatureQueue;
-use crate::accel::colour::Colour;
+use super::ledger::Ledger;
+use crate::accel::colour::{Colour, UNITS};
 use crate::accel::memory::Memory;
+use crate::accel::timeline::{Observer, State};
+use crate::accel::vru::FEATURES;
 
 /// The colour unit of one core.
 #[derive(Debug)]
@@ -15,20 +18,24 @@ pub(super) struct ColourStage {
     unit: Option<Colour>,
     /// First cycle in which the entry is free.
     free: u64,
-    /// Cycles for which a chunk held the entry.
-    pub busy: u64,
-    /// Cycles for which the VRU waited for colours alone.
-    pub waited: u64,
+    /// Cycle account: booked here up to `free`, by the core after that.
+    pub ledger: Ledger,
 }
 
 impl ColourStage {
     /// Without a unit it has no work: no chunk waits for it.
-    pub(crate) fn new(unit: Option<Colour>) -> Self {
-        Self { unit, free: 0, busy: 0, waited: 0 }
+    pub(crate) fn new(core: u32, unit: Option<Colour>) -> Self {
+        Self { unit, free: 0, ledger: Ledger::new(UNITS, core) }
     }
 
     /// Takes the next chunk if the entry is free and everything has arrived.
-    pub(crate) fn step(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
+    pub(crate) fn step(
+        &mut self,
+        now: u64,
+        features: &mut FeatureQueue,
+        memory: &Memory,
+        observer: &mut impl Observer,
+    ) {
         let Some(unit) = self.unit.filter(|_| self.free <= now) else { return };
         let Some(chunk) = features.uncoloured() else { return };
         if memory.at(chunk.features) > now {
@@ -36,7 +43,26 @@ impl ColourStage {
         }
         self.free = now + chunk.colours;
         chunk.coloured = self.free + unit.latency;
-        self.busy += chunk.colours;
+        self.ledger.book(State::Busy(chunk.tile), now, self.free, observer);
+    }
+
+    /// Its state while no chunk holds the entry; `None` when it has no chunk to wait with.
+    pub(crate) fn state(&self, features: &mut FeatureQueue) -> Option<State> {
+        self.unit?;
+        features.uncoloured().map(|_| State::Stalled(FEATURES))
+    }
+
+    /// Books the cycles up to `now`, in which it is in `state` where no chunk holds the entry.
+    pub(crate) fn account(
+        &mut self,
+        state: State,
+        since: u64,
+        now: u64,
+        observer: &mut impl Observer,
+    ) {
+        if self.unit.is_some() {
+            self.ledger.book(state, since.max(self.free), now, observer);
+        }
     }
 
     /// The next cycle in which it acts.

@@ -20,11 +20,11 @@ use super::ledger::Ledger;
 use super::list_fetch::ListFetch;
 use super::render::RenderStage;
 use crate::accel::Stall;
-use crate::accel::qsu::Qsu;
+use crate::accel::qsu::{Qsu, SORTING};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use powergs_energy::action::Buffer;
+use crate::accel::vru::{FEATURE, FEATURES, PIXEL_OUT};
 
 /// One core.
 #[derive(Debug)]
@@ -36,10 +36,9 @@ pub(super) struct Core {
     pub features: FeatureQueue,
     pub colour: ColourStage,
     pub render: RenderStage,
-    /// States of QSU, BSU (while it does not sort) and VRU since cycle `since`.
-    states: [State; 3],
-    /// Whether the VRU has waited for colours since then.
-    wants_colours: bool,
+    /// States of QSU, BSU (while it does not sort), VRU and colour unit (while it is free) since
+    /// cycle `since`.
+    states: [State; 4],
     since: u64,
     /// Cycle in which everything that the core has issued is complete, as far as it is known.
     pub end: u64,
@@ -48,14 +47,13 @@ pub(super) struct Core {
 impl Core {
     pub(crate) fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
-            qsu: Ledger::new(Qsu::NAME, core),
+            qsu: Ledger::new(Qsu::STAGE, core),
             list_fetch: ListFetch::new(core, owner, units.shares.sorting),
             issue: ChunkIssue::new(core, owner),
             features: FeatureQueue::new(units.shares.feature),
-            colour: ColourStage::new(units.colour),
+            colour: ColourStage::new(core, units.colour),
             render: RenderStage::new(core, owner, units),
-            states: [State::Idle; 3],
-            wants_colours: false,
+            states: [State::Idle; 4],
             since: 0,
             end: 0,
         }
@@ -72,10 +70,9 @@ impl Core {
         let (list_fetch, features) = (&mut self.list_fetch, &mut self.features);
         self.issue.step(&mut ChunkIssuePorts { now, list_fetch, features, shared });
         self.list_fetch.fetch(now, shared);
-        self.colour.step(now, &mut self.features, &shared.memory);
+        self.colour.step(now, &mut self.features, &shared.memory, shared.observer);
         self.end = self.end.max(now).max(self.issue.end).max(self.render.end);
         self.states = self.states(now, shared);
-        self.wants_colours = self.render.wants_colours(now, &self.features, &shared.memory);
         if O::WANTS_LEVELS {
             self.tell(now, shared.observer);
         }
@@ -84,26 +81,28 @@ impl Core {
         render.min(colour).min(self.list_fetch.wake(now, shared))
     }
 
-    fn states<O>(&self, now: u64, shared: &Shared<O>) -> [State; 3] {
+    fn states<O>(&mut self, now: u64, shared: &Shared<O>) -> [State; 4] {
         let vru = match self.render.state(now, &self.features, &shared.memory) {
             Some(state) => state,
             // The feature buffer is full of dropped chunks whose reads are in flight.
-            None if self.issue.has_job() => State::Stalled(Stall::Features),
+            None if self.issue.has_job() => State::Stalled(FEATURES),
             None => self.list_fetch.wait(now),
         };
         let bsu = match self.issue.has_job() {
-            true => State::Stalled(Stall::Output),
+            true => State::Stalled(Stall::OUTPUT),
             false => self.list_fetch.wait(now),
         };
-        [self.list_fetch.state(now), bsu, vru]
+        let colour = self.colour.state(&mut self.features);
+        let colour = colour.unwrap_or_else(|| self.list_fetch.wait(now));
+        [self.list_fetch.state(now), bsu, vru, colour]
     }
 
     /// Reports the occupancy of its buffers.
     fn tell(&self, from: u64, observer: &mut impl Observer) {
         let buffers = [
-            (Buffer::Sorting, &self.list_fetch.keys),
-            (Buffer::Feature, &self.features.buffer),
-            (Buffer::PixelOut, &self.render.pixels),
+            (SORTING, &self.list_fetch.keys),
+            (FEATURE, &self.features.buffer),
+            (PIXEL_OUT, &self.render.pixels),
         ];
         let instance = self.qsu.instance();
         for (buffer, share) in buffers {
@@ -113,12 +112,12 @@ impl Core {
 
     /// Books the cycles up to `now` in the ledgers.
     pub(crate) fn account(&mut self, now: u64, observer: &mut impl Observer) {
-        let [qsu, bsu, vru] = self.states;
+        let [qsu, bsu, vru, colour] = self.states;
         self.qsu.book(qsu, self.since, now, observer);
         let bsu_since = self.since.max(self.issue.sorter_free);
         self.issue.ledger.book(bsu, bsu_since, now, observer);
         self.render.ledger.book(vru, self.since, now, observer);
-        self.colour.waited += if self.wants_colours { now - self.since } else { 0 };
+        self.colour.account(colour, self.since, now, observer);
         self.since = now;
     }
 

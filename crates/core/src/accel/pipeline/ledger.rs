@@ -3,21 +3,22 @@
 
 use crate::accel::Stall;
 use crate::accel::timeline::{Observer, Span, State};
+use powergs_energy::action::StageId;
 
 /// The account.
 #[derive(Debug, Clone)]
 pub(super) struct Ledger {
-    unit: &'static str,
+    unit: StageId,
     instance: u32,
     pub busy: u64,
-    /// In the order of `Stall::ALL`.
-    pub stalls: [u64; Stall::ALL.len()],
+    /// By [`Stall::index`].
+    pub stalls: [u64; Stall::MOST],
     pub idle: u64,
 }
 
 impl Ledger {
-    pub(crate) fn new(unit: &'static str, instance: u32) -> Self {
-        Self { unit, instance, busy: 0, stalls: [0; Stall::ALL.len()], idle: 0 }
+    pub(crate) fn new(unit: StageId, instance: u32) -> Self {
+        Self { unit, instance, busy: 0, stalls: [0; Stall::MOST], idle: 0 }
     }
 
     /// Which CCU, or which core.
@@ -32,7 +33,7 @@ impl Ledger {
         }
         match state {
             State::Busy(_) => self.busy += to - from,
-            State::Stalled(cause) => self.stalls[cause as usize] += to - from,
+            State::Stalled(cause) => self.stalls[cause.index()] += to - from,
             State::Idle => self.idle += to - from,
         }
         observer.span(Span { unit: self.unit, instance: self.instance, state, from, to });

@@ -13,14 +13,14 @@ use crate::accel::Stall;
 use crate::accel::buffer::BufferAllocator;
 use crate::accel::layout::Layout;
 use crate::accel::memory::Arrival;
-use crate::accel::qsu::Keys;
+use crate::accel::qsu::{Keys, LIST, SPILL};
 use crate::accel::schedule::Job;
 use crate::accel::stream::Stream;
 use crate::accel::timeline::{Observer, State};
 
 /// The state of a job: what it waits for, or the operation in progress.
 #[derive(Debug, Clone, Copy)]
-enum Phase {
+enum Waiting {
     /// It waits until its list is complete.
     ListIncomplete,
     /// It waits until the sorting buffer admits its keys.
@@ -54,7 +54,7 @@ pub(super) struct FetchedJob {
     /// Its first tile.
     pub tile: u32,
     keys: Keys,
-    phase: Phase,
+    waits: Waiting,
 }
 
 /// The stage, with the core's share of the sorting buffer.
@@ -95,28 +95,28 @@ impl ListFetch {
     /// Begins the next pass, or ends partitioning, where a list has arrived or a pass is done.
     pub(crate) fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         for held in &mut self.held {
-            let left = match held.phase {
-                Phase::Ready => continue,
-                Phase::Reading(read) if shared.memory.at(read) <= now => held.keys.passes,
-                Phase::Partitioning(pass) if pass.is_done(now, shared) => pass.left,
-                Phase::ListIncomplete
-                | Phase::BufferFull
-                | Phase::Reading(_)
-                | Phase::Partitioning(_) => return,
+            let left = match held.waits {
+                Waiting::Ready => continue,
+                Waiting::Reading(read) if shared.memory.at(read) <= now => held.keys.passes,
+                Waiting::Partitioning(pass) if pass.is_done(now, shared) => pass.left,
+                Waiting::ListIncomplete
+                | Waiting::BufferFull
+                | Waiting::Reading(_)
+                | Waiting::Partitioning(_) => return,
             };
             if left > 0 {
                 let pass =
                     ListFetchPass::begin(held.keys, left - 1, now, self.core, self.owner, shared);
-                held.phase = Phase::Partitioning(pass);
+                held.waits = Waiting::Partitioning(pass);
                 return;
             }
-            held.phase = Phase::Ready;
+            held.waits = Waiting::Ready;
         }
     }
 
     /// Takes the first job out once it is ready.
     pub(crate) fn take_ready(&mut self) -> Option<FetchedJob> {
-        self.held.pop_front_if(|held| matches!(held.phase, Phase::Ready))
+        self.held.pop_front_if(|held| matches!(held.waits, Waiting::Ready))
     }
 
     /// Takes jobs while there are free slots, and issues list reads while the buffer admits them.
@@ -128,25 +128,26 @@ impl ListFetch {
                 job: index,
                 tile,
                 keys,
-                phase: Phase::ListIncomplete,
+                waits: Waiting::ListIncomplete,
             });
         }
         for held in &mut self.held {
             let job = &shared.plan.jobs[held.job as usize];
-            if matches!(held.phase, Phase::ListIncomplete) && shared.lists.has(job.complete_after) {
-                held.phase = Phase::BufferFull;
+            if matches!(held.waits, Waiting::ListIncomplete) && shared.lists.has(job.complete_after)
+            {
+                held.waits = Waiting::BufferFull;
             }
             let bytes = shared.units.qsu.resident(&held.keys);
-            match held.phase {
-                Phase::ListIncomplete => return,
-                Phase::BufferFull if !self.keys.admits(bytes) => return,
-                Phase::BufferFull => {
+            match held.waits {
+                Waiting::ListIncomplete => return,
+                Waiting::BufferFull if !self.keys.admits(bytes) => return,
+                Waiting::BufferFull => {
                     self.keys.fill(now, bytes);
                     let span = |layout: &Layout| layout.list(job, job.read);
                     let read = shared.issue(now, self.owner, Stream::Lists, job.read, span);
-                    held.phase = Phase::Reading(read);
+                    held.waits = Waiting::Reading(read);
                 }
-                Phase::Reading(_) | Phase::Partitioning(_) | Phase::Ready => {}
+                Waiting::Reading(_) | Waiting::Partitioning(_) | Waiting::Ready => {}
             }
         }
     }
@@ -162,21 +163,21 @@ impl ListFetch {
     }
 
     fn working(&self) -> Option<&FetchedJob> {
-        self.held.iter().find(|held| !matches!(held.phase, Phase::Ready))
+        self.held.iter().find(|held| !matches!(held.waits, Waiting::Ready))
     }
 
     /// State of the QSUs after the events of cycle `now`.
     pub(crate) fn state(&self, now: u64) -> State {
         let Some(held) = self.working() else {
-            return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::Output) };
+            return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::OUTPUT) };
         };
-        match held.phase {
-            Phase::Partitioning(pass) if pass.busy > now => State::Busy(held.tile),
-            Phase::Partitioning(pass) if pass.keys > now => State::Stalled(Stall::Bank),
-            Phase::Partitioning(_) => State::Stalled(Stall::Spill),
-            Phase::Reading(_) if held.keys.held > 0 => State::Stalled(Stall::List),
-            Phase::Reading(_) | Phase::ListIncomplete => State::Stalled(Stall::Input),
-            Phase::BufferFull | Phase::Ready => State::Stalled(Stall::Output),
+        match held.waits {
+            Waiting::Partitioning(pass) if pass.busy > now => State::Busy(held.tile),
+            Waiting::Partitioning(pass) if pass.keys > now => State::Stalled(Stall::BANK),
+            Waiting::Partitioning(_) => State::Stalled(SPILL),
+            Waiting::Reading(_) if held.keys.held > 0 => State::Stalled(LIST),
+            Waiting::Reading(_) | Waiting::ListIncomplete => State::Stalled(Stall::INPUT),
+            Waiting::BufferFull | Waiting::Ready => State::Stalled(Stall::OUTPUT),
         }
     }
 
@@ -184,23 +185,23 @@ impl ListFetch {
     pub(crate) fn wait(&self, now: u64) -> State {
         match self.state(now) {
             State::Idle => State::Idle,
-            State::Stalled(cause) if cause.is_dram() => State::Stalled(cause),
-            State::Busy(_) | State::Stalled(_) => State::Stalled(Stall::Input),
+            State::Stalled(cause) if cause == LIST || cause == SPILL => State::Stalled(cause),
+            State::Busy(_) | State::Stalled(_) => State::Stalled(Stall::INPUT),
         }
     }
 
     pub(crate) fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |arrival: Arrival| later(shared.memory.at(arrival));
-        let working = self.working().map_or(NEVER, |held| match held.phase {
-            Phase::ListIncomplete | Phase::BufferFull | Phase::Ready => NEVER,
-            Phase::Reading(read) => at(read),
-            Phase::Partitioning(pass) => {
+        let working = self.working().map_or(NEVER, |held| match held.waits {
+            Waiting::ListIncomplete | Waiting::BufferFull | Waiting::Ready => NEVER,
+            Waiting::Reading(read) => at(read),
+            Waiting::Partitioning(pass) => {
                 let spill = pass.spill.map_or(NEVER, at);
                 later(pass.busy).min(later(pass.keys)).min(spill)
             }
         });
-        let is_blocked = self.held.iter().any(|held| matches!(held.phase, Phase::BufferFull));
+        let is_blocked = self.held.iter().any(|held| matches!(held.waits, Waiting::BufferFull));
         let release = self.releases.front().map_or(NEVER, |r| later(r.0));
         working.min(if is_blocked { release } else { NEVER })
     }

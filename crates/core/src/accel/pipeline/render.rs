@@ -14,7 +14,7 @@ use crate::accel::resolved::ResolvedUnits;
 use crate::accel::stream::Stream;
 use crate::accel::timeline::{Observer, State};
 use crate::accel::unit::Unit;
-use crate::accel::vru::Vru;
+use crate::accel::vru::{COLOURS, FEATURES, Vru};
 use crate::accel::{Histogram, Stall};
 
 /// The chunk that is being rendered.
@@ -53,7 +53,7 @@ impl RenderStage {
     pub(crate) fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             owner,
-            ledger: Ledger::new(Vru::NAME, core),
+            ledger: Ledger::new(Vru::STAGE, core),
             rendering: None,
             finished: None,
             pixels: BufferAllocator::new(units.shares.pixel_out),
@@ -122,24 +122,17 @@ impl RenderStage {
     ) -> Option<State> {
         match (&self.rendering, self.finished, features.first()) {
             (Some(r), _, _) if r.busy > now => Some(State::Busy(r.chunk.tile)),
-            (Some(_), _, _) => Some(State::Stalled(Stall::Bank)),
-            (None, Some(_), _) => Some(State::Stalled(Stall::Output)),
+            (Some(_), _, _) => Some(State::Stalled(Stall::BANK)),
+            (None, Some(_), _) => Some(State::Stalled(Stall::OUTPUT)),
             (None, None, Some(chunk)) if memory.at(chunk.features) > now => {
-                Some(State::Stalled(Stall::Features))
+                Some(State::Stalled(FEATURES))
             }
-            (None, None, Some(_)) => Some(State::Stalled(Stall::Input)),
+            (None, None, Some(chunk)) if chunk.sorted <= now && chunk.coloured > now => {
+                Some(State::Stalled(COLOURS))
+            }
+            (None, None, Some(_)) => Some(State::Stalled(Stall::INPUT)),
             (None, None, None) => None,
         }
-    }
-
-    /// Whether the VRU waits for nothing but the colours of its next chunk.
-    pub(crate) fn wants_colours(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> bool {
-        let is_free = self.rendering.is_none() && self.finished.is_none();
-        is_free
-            && features.first().is_some_and(|chunk| {
-                let is_here = memory.at(chunk.features) <= now && chunk.sorted <= now;
-                is_here && chunk.coloured > now
-            })
     }
 
     /// The next cycle in which it acts.

@@ -8,7 +8,7 @@ mod memory;
 
 use super::{Key, Kind, Statistic, Value, Weight};
 use crate::sim::{FrameReport, StageBytes};
-use powergs_energy::action::Stage;
+use powergs_energy::action::Phase;
 use powergs_frame::splat::Counters;
 
 pub(super) fn all() -> Vec<Statistic> {
@@ -20,7 +20,6 @@ pub(super) fn all() -> Vec<Statistic> {
     bytes(&mut list);
     counters(&mut list);
     machine::units(&mut list);
-    machine::colour(&mut list);
     machine::tiles(&mut list);
     memory::dram(&mut list);
     memory::buffers(&mut list);
@@ -135,7 +134,7 @@ fn time(list: &mut List) {
 }
 
 /// A column of [`StageBytes`]: of all stages, of one, definition, field.
-type EntryColumn = (Key, fn(Stage) -> Key, &'static str, fn(&StageBytes) -> u64);
+type EntryColumn = (Key, fn(Phase) -> Key, &'static str, fn(&StageBytes) -> u64);
 
 const COLUMNS: [EntryColumn; 3] = [
     (Key::ReadBytes, Key::StageRead, "Bytes read from DRAM", |s| s.read),
@@ -155,7 +154,7 @@ fn bytes(list: &mut List) {
     }
     let text = "Floating-point operations, all stages (`paper` model only).";
     count(list, "flops", "1", text, |f| flops(f, &[0, 1, 2]));
-    for (i, stage) in Stage::WORK.into_iter().enumerate() {
+    for (i, stage) in Phase::WORK.into_iter().enumerate() {
         for (_, of, text, field) in COLUMNS {
             let text = format!("{text} by {}.", cost::stage_words(stage));
             count(list, of(stage), "B", text, move |f| Some(field(&f.stages[i])));

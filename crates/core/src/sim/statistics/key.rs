@@ -1,9 +1,9 @@
 //! The statistics that conclusions are drawn from, as typed keys: the catalogue has their names
 //! from here, so that nobody can ask for a number that no run has.
 
-use crate::accel::Stall;
+use crate::stage::{Stall, hardware, stage};
 use powergs_energy::Component;
-use powergs_energy::action::{Buffer, Stage, UnitKind};
+use powergs_energy::action::{BufferId, Phase, StageId};
 use powergs_frame::fovea::REGIONS;
 
 /// A statistic of the catalogue.
@@ -32,9 +32,9 @@ pub enum Key {
     /// The part of it that is a component's, picojoules; standby for the frame's own time.
     EnergyOf(Component),
     /// The part of it that is a stage's, picojoules.
-    EnergyIn(Stage),
+    EnergyIn(Phase),
     /// Energy of a component in a stage that works, picojoules; one of [`Key::COMPONENTS`].
-    EnergyPart(Stage, Component),
+    EnergyPart(Phase, Component),
     /// Area of the die, mm².
     Area,
     /// The part of it that papers print: without PHY and memory controllers, mm².
@@ -46,24 +46,21 @@ pub enum Key {
     /// Bytes moved in or out of buffers, all stages.
     SramBytes,
     /// Bytes that a stage that works reads from DRAM.
-    StageRead(Stage),
+    StageRead(Phase),
     /// Bytes that a stage that works writes to DRAM.
-    StageWrite(Stage),
+    StageWrite(Phase),
     /// Bytes that a stage that works moves in or out of buffers.
-    StageSram(Stage),
+    StageSram(Phase),
     /// How many units of a kind the machine has.
-    Instances(UnitKind),
+    Instances(StageId),
     /// Cycles with work, summed over the units of a kind.
-    Busy(UnitKind),
+    Busy(StageId),
     /// Cycles with work that could not proceed for a cause, summed over the units of a kind.
-    Stalled(UnitKind, Stall),
+    Stalled(StageId, Stall),
     /// Cycles without work, summed over the units of a kind.
-    Idle(UnitKind),
-    /// Lanes at work while their rendering core works, 0 to 1.
-    LaneUtilisation,
-    /// Cycles in which rendering units waited for colours alone, summed over them: a part of their
-    /// [`Stall::Input`].
-    ColourWaits,
+    Idle(StageId),
+    /// Lanes at work while the units of a kind work, 0 to 1, where they have lanes.
+    LaneUtilisation(StageId),
     /// Share of the frame in which the data bus of the DRAM moved data, 0 to 1.
     DramBusy,
     /// DRAM bytes over the frame time, 10⁹ bytes per second.
@@ -77,23 +74,23 @@ pub enum Key {
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
     /// Bursts read by a stage that works.
-    BurstsRead(Stage),
+    BurstsRead(Phase),
     /// Bursts written by a stage that works.
-    BurstsWritten(Stage),
+    BurstsWritten(Phase),
     /// Rows opened by a stage that works.
-    RowsOpened(Stage),
-    /// Size of a buffer of [`Buffer::FILLED`], all its shares together, bytes; so in those below.
-    Capacity(Buffer),
+    RowsOpened(Phase),
+    /// Size of a buffer of buffers that fill and empty, all its shares together, bytes; so in those below.
+    Capacity(BufferId),
     /// The most that a buffer held, bytes.
-    Peak(Buffer),
+    Peak(BufferId),
     /// What a buffer held on average, bytes.
-    Held(Buffer),
+    Held(BufferId),
     /// Bytes that entered a buffer.
-    Filled(Buffer),
+    Filled(BufferId),
     /// Bytes that left a buffer because they had been used.
-    Consumed(Buffer),
+    Consumed(BufferId),
     /// Bytes that left a buffer unused.
-    Discarded(Buffer),
+    Discarded(BufferId),
     /// Tiles of a region of foveated frames: its place in [`REGIONS`]; so in those below.
     RegionTiles(usize),
     /// List entries that the tiles of a region load.
@@ -111,10 +108,11 @@ impl Key {
     /// The name in the catalogue.
     pub fn name(self) -> String {
         let of = |group: &str, of: &str, end: &str| format!("{group}.{of}.{end}");
-        let unit = |kind: UnitKind, end: &str| of("units", kind.name(), end);
-        let bursts = |stage: Stage, end: &str| of("dram.stages", stage.name(), end);
-        let bytes = |stage: Stage, end: &str| of("stages", stage.name(), end);
-        let buffer = |buffer: Buffer, end: &str| of("buffers", buffer.name(), end);
+        let unit = |kind: StageId, end: &str| of("units", stage(kind).key, end);
+        let bursts = |phase: Phase, end: &str| of("dram.stages", phase.name(), end);
+        let bytes = |phase: Phase, end: &str| of("stages", phase.name(), end);
+        let buffer =
+            |buffer: BufferId, end: &str| of("buffers", hardware().buffer(buffer).name, end);
         let region = |k: usize, end: &str| of("regions", &REGIONS[k].to_lowercase(), end);
         match self {
             Key::PowerOf(part) => format!("power_w.{}", part.name()),
@@ -128,6 +126,7 @@ impl Key {
             Key::Busy(kind) => unit(kind, "busy_cycles"),
             Key::Stalled(kind, cause) => unit(kind, &format!("stall_{}_cycles", cause.name())),
             Key::Idle(kind) => unit(kind, "idle_cycles"),
+            Key::LaneUtilisation(kind) => unit(kind, "lane_utilisation"),
             Key::BurstsRead(stage) => bursts(stage, "reads"),
             Key::BurstsWritten(stage) => bursts(stage, "writes"),
             Key::RowsOpened(stage) => bursts(stage, "activates"),
@@ -155,8 +154,6 @@ impl Key {
             Key::ReadBytes => "dram_read_bytes".into(),
             Key::WriteBytes => "dram_write_bytes".into(),
             Key::SramBytes => "sram_bytes".into(),
-            Key::LaneUtilisation => "units.vru.lane_utilisation".into(),
-            Key::ColourWaits => "colour.wait_cycles".into(),
             Key::DramBusy => "dram.busy_frac".into(),
             Key::DramRate => "dram.bandwidth_gb_s".into(),
             Key::UnwrittenBytes => "dram.unwritten_bytes".into(),

@@ -2,9 +2,9 @@
 //! by [`Key`]; it is the same whether the frames were just simulated or are those of a report.
 
 use super::{Aggregate, Key, Statistic, catalogue};
-use crate::accel::Stall;
 use crate::sim::FrameReport;
-use powergs_energy::action::UnitKind;
+use crate::stage::{From, Stall, hardware, stage};
+use powergs_energy::action::StageId;
 
 /// Every statistic over the frames of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,22 +17,47 @@ pub struct Record {
     pub aggregates: Vec<Option<Aggregate>>,
 }
 
-/// Parts of the cycles of a unit: those with work, waits by cause, those without work.
-const PARTS: usize = Stall::ALL.len() + 2;
+/// A part of the cycles of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitPart {
+    /// With work.
+    Busy,
+    /// With work that could not proceed.
+    Stalled(Stall),
+    /// Without work.
+    Idle,
+}
+
+impl UnitPart {
+    /// All parts, in report order: with work, waits by cause, without.
+    pub fn all() -> impl Iterator<Item = UnitPart> + Clone {
+        let waits = Stall::all().iter().map(|cause| UnitPart::Stalled(*cause));
+        [UnitPart::Busy].into_iter().chain(waits).chain([UnitPart::Idle])
+    }
+
+    /// The name in every output.
+    pub fn name(self) -> &'static str {
+        match self {
+            UnitPart::Busy => "busy",
+            UnitPart::Stalled(cause) => cause.name(),
+            UnitPart::Idle => "idle",
+        }
+    }
+
+    /// Its cycles, summed over the units of a kind; `None` for a cause that they do not have.
+    pub fn key(self, unit: StageId) -> Option<Key> {
+        match self {
+            UnitPart::Busy => Some(Key::Busy(unit)),
+            UnitPart::Stalled(cause) if stage(unit).stalls().any(|own| own == cause) => {
+                Some(Key::Stalled(unit, cause))
+            }
+            UnitPart::Stalled(_) => None,
+            UnitPart::Idle => Some(Key::Idle(unit)),
+        }
+    }
+}
 
 impl Record {
-    /// What the parts of the cycles of a unit are called: busy, stalls by cause, idle.
-    pub const UNIT_PARTS: [&'static str; PARTS] = {
-        let mut parts = ["busy"; PARTS];
-        let mut i = 0;
-        while i < Stall::ALL.len() {
-            parts[i + 1] = Stall::ALL[i].name();
-            i += 1;
-        }
-        parts[PARTS - 1] = "idle";
-        parts
-    };
-
     /// The record of `frames` on a display at `display_fps` frames per second; `None` without
     /// frames.
     pub fn of(frames: &[FrameReport], display_fps: f64) -> Option<Record> {
@@ -107,15 +132,27 @@ impl Record {
         self.mean(Key::FrameTime).map(|ms| ms * 1e-3).filter(|s| *s > 0.0)
     }
 
-    /// Shares of all cycles of the units of a kind, in the order of [`Record::UNIT_PARTS`]; all
-    /// zero if there are none.
-    pub fn unit_shares(&self, kind: UnitKind) -> [f64; PARTS] {
-        let mut cycles = [self.value(Key::Busy(kind)); PARTS];
-        for (part, cause) in cycles[1..].iter_mut().zip(Stall::ALL) {
-            *part = self.value(Key::Stalled(kind, cause));
-        }
-        cycles[PARTS - 1] = self.value(Key::Idle(kind));
+    /// The kinds of units that the machine has.
+    pub fn units(&self) -> impl Iterator<Item = StageId> + '_ {
+        let units = hardware().units().map(|(id, _)| id);
+        units.filter(|id| self.mean(Key::Instances(*id)).is_some())
+    }
+
+    /// Whether some unit of the machine may wait for a cause: the unit that brings it is there too.
+    pub fn has_cause(&self, cause: Stall) -> bool {
+        let is_brought = match cause.words().from {
+            From::Stage(key) => self.units().any(|unit| stage(unit).key == key),
+            From::Memory | From::Neighbour => true,
+        };
+        is_brought && self.units().any(|unit| stage(unit).stalls().any(|own| own == cause))
+    }
+
+    /// Shares of all cycles of the units of a kind, in the order of [`UnitPart::all`]; all zero if
+    /// there are none.
+    pub fn unit_shares(&self, unit: StageId) -> Vec<f64> {
+        let cycles = |part: UnitPart| part.key(unit).map_or(0.0, |key| self.value(key));
+        let cycles: Vec<f64> = UnitPart::all().map(cycles).collect();
         let total: f64 = cycles.iter().sum();
-        cycles.map(|c| if total == 0.0 { 0.0 } else { c / total })
+        cycles.into_iter().map(|c| if total == 0.0 { 0.0 } else { c / total }).collect()
     }
 }

@@ -5,9 +5,14 @@ use powergs_base::config::embedded::ENERGY;
 use powergs_base::quantity::{Bytes, Hertz};
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
-use powergs_energy::action::{Action, Buffer, Inventory, Memory, Part};
+use powergs_core::stage::EnergyTable;
+use powergs_core::stage::{
+    DRAM_READ, DRAM_WRITE, buffer_id, hardware, sram_read, sram_write, work_id,
+};
+use powergs_energy::action::{ActionId, Inventory, Memory};
+use powergs_energy::hardware::Does;
 use powergs_energy::table::PriceError;
-use powergs_energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
+use powergs_energy::{Area, Built, DramCosts, Prices};
 
 use super::gscore;
 
@@ -53,14 +58,13 @@ fn dram(prices: &Prices) -> [f64; 3] {
 fn inventory(bytes: u64) -> Inventory {
     let memory = Memory { bank: Bytes(bytes), banks: 1, word: Bytes(32), two_ports: false };
     Inventory {
-        memories: [memory; Buffer::ALL.len()],
-        units: [1; 4],
-        parts: [1.0; Part::ALL.len()],
-        colour_operations: 0.0,
+        memories: vec![memory; hardware().buffers().count()],
+        units: vec![1; hardware().stages().count()],
+        parts: vec![1.0; hardware().parts().count()],
     }
 }
 
-fn pj(prices: &Prices, action: Action) -> f64 {
+fn pj(prices: &Prices, action: ActionId) -> f64 {
     prices.per_action[action.index()]
 }
 
@@ -69,24 +73,25 @@ fn paper_prices_are_the_published_constants() {
     let table = table("paper");
     assert_eq!(table.flat_pj(), Some([0.53, 0.24, 10.88]));
     let counts = [
-        (Action::Cull, 47),
-        (Action::Project, 169 + 39),
-        (Action::ObbPrepare, 38),
-        (Action::ObbTest, 48),
-        (Action::ShColour, 133),
-        (Action::Alpha, 13),
-        (Action::Blend, 11),
-        (Action::PixelFinish, 6),
+        (work_id("cull"), 47),
+        (work_id("project"), 169 + 39),
+        (work_id("obb-prepare"), 38),
+        (work_id("obb-test"), 48),
+        (work_id("sh-colour"), 133),
+        (work_id("alpha"), 13),
+        (work_id("blend"), 11),
+        (work_id("pixel-finish"), 6),
     ];
     let prices = on_gscore("paper");
     for (action, n) in counts {
-        assert_eq!(flops(action), n, "flops.toml");
+        let declared = |does| matches!(does, Does::Work(_, work) if work.flops == n);
+        assert!(declared(hardware().does(action)), "{action:?}");
         assert_eq!(pj(&prices, action), f64::from(n) * 0.53);
     }
-    assert_eq!(pj(&prices, Action::PivotKey), 0.0);
-    assert_eq!(pj(&prices, Action::SramWrite(Buffer::Feature)), 0.24);
-    assert_eq!(pj(&prices, Action::DramRead), 10.88);
-    assert_eq!((prices.leakage_w(), prices.area), (0.0, None));
+    assert_eq!(pj(&prices, work_id("pivot-key")), 0.0);
+    assert_eq!(pj(&prices, sram_write(buffer_id("feature"))), 0.24);
+    assert_eq!(pj(&prices, DRAM_READ), 10.88);
+    assert_eq!((prices.leakage_w(), prices.area.as_ref()), (0.0, None));
     assert_eq!(dram(&prices), [10.88, 0.0, 0.0]);
 }
 
@@ -101,16 +106,17 @@ fn a_busy_unit_draws_its_published_power() {
 
 fn draws(name: &str, published: [f64; 4], together: f64) {
     let prices = on_gscore(name);
-    let leakage = table(name).leakage;
-    let sum = |actions: &[Action]| actions.iter().map(|&a| pj(&prices, a)).sum::<f64>() * 1e-3;
-    use Action::*;
-    let ccu = sum(&[Cull, Project, ObbPrepare, ObbTest, ShColour]) + leakage.ccu.power.0;
+    let table = table(name);
+    let leaks = |unit: &str| table.leakage[unit].power.0;
+    let sum =
+        |actions: &[&str]| actions.iter().map(|a| pj(&prices, work_id(a))).sum::<f64>() * 1e-3;
+    let ccu = sum(&["cull", "project", "obb-prepare", "obb-test", "sh-colour"]) + leaks("ccu");
     assert_relative_eq!(ccu, published[0], max_relative = 5e-4);
-    let qsu = sum(&[PivotKey]) + leakage.qsu.power.0;
+    let qsu = sum(&["pivot-key"]) + leaks("qsu");
     assert_relative_eq!(qsu, published[1], max_relative = 5e-4);
-    let bsu = 80.0 * sum(&[CompareExchange]) + leakage.bsu.power.0;
+    let bsu = 80.0 * sum(&["compare-exchange"]) + leaks("bsu");
     assert_relative_eq!(bsu, published[2], max_relative = 5e-4);
-    let vrc = sum(&[Alpha, Blend]) + leakage.vru.power.0;
+    let vrc = sum(&["alpha", "blend"]) + leaks("vru");
     assert_relative_eq!(vrc, published[3], max_relative = 5e-4);
     // Units only: the published 0.87 W are the chip.
     let units = 4.0 * ccu + 8.0 * qsu + 4.0 * bsu + 64.0 * vrc;
@@ -137,13 +143,13 @@ fn gscore_at_its_peak() {
 fn area_of_gscore() {
     let core = |name: &str| on_gscore(name).area.expect("an area").core().0;
     let area = on_gscore("gscore-28nm").area.expect("an area");
-    println!("{:?}", area.blocks());
+    println!("{area:?}");
     for (name, published) in [("gscore-28nm", 3.95), ("gscore-16nm", 1.45), ("gscore-7nm", 0.417)] {
         let ours = core(name);
         println!("{name}: {ours} mm2 for {published}");
         assert_relative_eq!(ours, published, max_relative = 0.1);
     }
-    let parts: f64 = area.blocks().iter().map(|(_, x)| x.0).sum();
+    let parts: f64 = area.areas().iter().map(|x| x.0).sum();
     assert_relative_eq!(parts, area.total().0, max_relative = 1e-12);
     // Table 7: units, and buffers with those that nobody names.
     for (ours, published) in area.units.iter().zip([0.82, 0.01, 0.06, 1.81]) {
@@ -154,8 +160,8 @@ fn area_of_gscore() {
     assert_relative_eq!(area.core().0, 3.95, max_relative = 1e-3);
     // Eight channels, each with its PHY and its controller.
     assert_relative_eq!(area.total().0, area.core().0 + 8.0 * (1.0 + 0.1), max_relative = 1e-12);
-    assert_eq!(area.buffers[Buffer::Cache as usize].0, 0.0, "gscore has no cache");
-    assert_eq!(Area::BLOCKS, area.blocks().len());
+    assert_eq!(area.buffers[buffer_id("cache").index()].0, 0.0, "gscore has no cache");
+    assert_eq!(Area::blocks(hardware()).len(), area.areas().len());
 }
 
 #[test]
@@ -174,7 +180,7 @@ fn area_grows_with_units_and_buffers() {
     let mut large = base.clone();
     large.buffers.feature.capacity = Bytes(2 * base.buffers.feature.capacity.0);
     let c = area(&large);
-    assert!(c.buffers[Buffer::Feature as usize] > a.buffers[Buffer::Feature as usize]);
+    assert!(c.buffers[buffer_id("feature").index()] > a.buffers[buffer_id("feature").index()]);
     assert!(c.total().0 > a.total().0);
 }
 
@@ -188,7 +194,8 @@ fn leakage_grows_with_units_and_buffers() {
     let units: f64 = prices.unit_leakage_w.iter().sum();
     assert_relative_eq!(units, on_gscore_units_leakage(), max_relative = 1e-12);
     // 32 banks of 2 KiB and 8 of 16 KiB are rows of CACTI.
-    let [_, _, sorting, feature, ..] = prices.sram_leakage_w;
+    let [sorting, feature] =
+        ["sorting", "feature"].map(|name| prices.sram_leakage_w[buffer_id(name).index()]);
     assert_relative_eq!(sorting, 0.8 * 32.0 * 0.39899e-3, max_relative = 1e-12);
     assert_relative_eq!(feature, 0.8 * 8.0 * 2.66704e-3, max_relative = 1e-12);
     let buffers: f64 = prices.sram_leakage_w.iter().sum();
@@ -216,7 +223,7 @@ fn by_size(extrapolate: bool) -> String {
 fn prices_by_size_are_interpolated_in_logarithms() {
     let price = |text: &str, bytes: u64| {
         let prices = priced(&EnergyTable::parse(text).expect("a good table"), &inventory(bytes))?;
-        Ok::<_, PriceError>(pj(&prices, Action::SramRead(Buffer::Sorting)))
+        Ok::<_, PriceError>(pj(&prices, sram_read(buffer_id("sorting"))))
     };
     let strict = by_size(false);
     assert_relative_eq!(price(&strict, 1 << 10).expect("a row"), 0.05, max_relative = 1e-12);
@@ -241,12 +248,12 @@ fn tables_of_other_memories_differ_in_dram_only() {
     assert_eq!(chip(&flat), chip(&device));
     assert_eq!((&flat.phy, &flat.supply), (&device.phy, &device.supply));
     let (low, high) = (on_gscore("gscore-28nm-flat"), on_gscore("gscore-28nm"));
-    for action in Action::all() {
+    for (action, does) in hardware().actions() {
         let same = pj(&low, action) == pj(&high, action);
-        assert_eq!(same, !matches!(action, Action::DramRead | Action::DramWrite), "{action:?}");
+        assert_eq!(same, !matches!(does, Does::DramRead | Does::DramWrite), "{does:?}");
     }
-    assert_eq!((low.leakage_w(), low.area), (high.leakage_w(), high.area));
-    assert_eq!((pj(&low, Action::DramRead), pj(&high, Action::DramWrite)), (10.88, 64.0));
+    assert_eq!((low.leakage_w(), &low.area), (high.leakage_w(), &high.area));
+    assert_eq!((pj(&low, DRAM_READ), pj(&high, DRAM_WRITE)), (10.88, 64.0));
     assert_eq!(dram(&low), [10.88, 0.0252, 0.0228]);
     assert_eq!(dram(&high), [64.0, 0.0252, 0.0228]);
 }
@@ -257,10 +264,10 @@ fn smaller_nodes_are_the_same_prices_times_published_factors() {
     let nodes = [("gscore-16nm", 0.28, 0.38, 0.6, 2.72), ("gscore-7nm", 0.11, 0.15, 0.3, 9.47)];
     for (name, energy, sram, leak, area) in nodes {
         let prices = on_gscore(name);
-        for action in Action::all() {
-            let factor = match action {
-                Action::SramRead(_) | Action::SramWrite(_) => sram,
-                Action::DramRead | Action::DramWrite => 1.0,
+        for (action, does) in hardware().actions() {
+            let factor = match does {
+                Does::SramRead(_) | Does::SramWrite(_) => sram,
+                Does::DramRead | Does::DramWrite => 1.0,
                 _ => energy,
             };
             let (ours, theirs) = (pj(&prices, action), pj(&base, action) * factor);
@@ -270,7 +277,7 @@ fn smaller_nodes_are_the_same_prices_times_published_factors() {
         assert_relative_eq!(ratio(0), energy, max_relative = 1e-12);
         let buffers = prices.sram_leakage_w[2] / base.sram_leakage_w[2];
         assert_relative_eq!(buffers, leak, max_relative = 1e-12);
-        let core = |p: &Prices| p.area.expect("an area").core().0;
+        let core = |p: &Prices| p.area.as_ref().expect("an area").core().0;
         assert_relative_eq!(core(&base) / core(&prices), area, max_relative = 1e-9);
     }
 }

@@ -4,7 +4,7 @@
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::config::{ConfigError, Problem};
 use powergs_core::accel::Machine;
-use powergs_energy::EnergyTable;
+use powergs_core::stage::EnergyTable;
 
 use super::gscore;
 

@@ -4,9 +4,11 @@ use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
+use powergs_core::stage::{DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_energy::accelergy::{AccelergyError, TEXT_MAX, doubt, table};
-use powergs_energy::action::{Action, Buffer};
-use powergs_energy::{DramCosts, EnergyTable};
+
+use powergs_core::stage::EnergyTable;
+use powergs_energy::DramCosts;
 
 const COMPONENTS: [(&str, &[&str]); 12] = [
     ("ccu[0..3]", &["cull", "project", "obb_prepare", "obb_test", "sh_colour", "leak"]),
@@ -64,16 +66,19 @@ fn energies_become_prices_of_the_machine() {
     let table = read(&ert(), Some(&art())).unwrap();
     let prices = cost::prices(&table, &machine).unwrap();
     let pj = |action| prices.of(action).0;
-    assert_eq!([Action::Cull, Action::ShColour, Action::PivotKey].map(pj), [1.0, 5.0, 7.0]);
     assert_eq!(
-        [Action::CompareExchange, Action::Alpha, Action::PixelFinish].map(pj),
+        [work_id("cull"), work_id("sh-colour"), work_id("pivot-key")].map(pj),
+        [1.0, 5.0, 7.0]
+    );
+    assert_eq!(
+        [work_id("compare-exchange"), work_id("alpha"), work_id("pixel-finish")].map(pj),
         [9.0, 11.0, 13.0]
     );
     // Prices per word become prices per byte of that word.
-    let words = machine.inventory().memories.map(|m| m.word.0 as f64);
-    assert_eq!(pj(Action::SramRead(Buffer::GaussianIn)), 16.0 / words[0]);
-    assert_eq!(pj(Action::SramWrite(Buffer::Feature)), 26.0 / words[3]);
-    assert_eq!(pj(Action::DramWrite), 38.0);
+    let words = machine.inventory().memories.iter().map(|m| m.word.0 as f64).collect::<Vec<_>>();
+    assert_eq!(pj(sram_read(buffer_id("gaussian_in"))), 16.0 / words[0]);
+    assert_eq!(pj(sram_write(buffer_id("feature"))), 26.0 / words[3]);
+    assert_eq!(pj(DRAM_WRITE), 38.0);
     // 6 pJ a cycle at 2 GHz are 12 mW; four CCUs.
     assert!((prices.unit_leakage_w[0] - 4.0 * 12e-3).abs() < 1e-15);
     let DramCosts::Bytes { background_w, refresh_w, .. } = prices.dram else { panic!("flat") };
@@ -82,7 +87,7 @@ fn energies_become_prices_of_the_machine() {
     let banks = f64::from(machine.inventory().memories[3].banks);
     let area = prices.area.unwrap();
     assert!((area.units[0].0 - 4e-3).abs() < 1e-15);
-    assert!((area.buffers[Buffer::Feature as usize].0 - banks * 8e-3).abs() < 1e-15);
+    assert!((area.buffers[buffer_id("feature").index()].0 - banks * 8e-3).abs() < 1e-15);
     assert_eq!(area.rest.0, 0.0);
     let without = cost::prices(&read(&ert(), None).unwrap(), &machine).unwrap();
     assert_eq!(without.area, None);
@@ -137,11 +142,11 @@ fn what_is_missing_or_wrong_is_named() {
     let twice = "        -   name: pivot_key\n            energy: 9.0\n";
     let qsu = "chip.qsu\n        actions:\n";
     refused(&ert().replace(qsu, &format!("{qsu}{twice}")), "the action `pivot_key` 2 times");
-    refused(&ert().replace("chip.qsu", "chip.sorter"), "no `qsu`");
-    refused(
-        &ert().replace("chip.qsu", "chip.a").replace("chip.dram", "chip.b"),
-        "no `qsu`, `dram`",
-    );
+    let without = read(&ert().replace("chip.qsu", "chip.sorter"), None).unwrap();
+    let machine = Machine::parse(find(MACHINES, "gscore").unwrap()).unwrap();
+    let error = cost::prices(&without, &machine).unwrap_err().to_string();
+    assert!(error.contains("no price of `leakage.qsu`, which the quick sorting units"), "{error}");
+    refused(&ert().replace("chip.dram", "chip.b"), "no `dram`");
     refused(&ert().replace("sh_colour", "sh"), "system.chip.ccu[0..3] has no action `sh_colour`");
     refused(&ert().replace("chip.bsu", "chip.qsu"), "two components `qsu`");
     refused(&ert().replace("'0.4'", "0.2"), "`ERT.version` is 0.2");

@@ -6,9 +6,11 @@ use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::cost;
+use powergs_core::stage::EnergyTable;
+use powergs_core::stage::hardware;
 use powergs_dram::{DramCommands, StageCommands};
-use powergs_energy::action::{Action, ActionCounts, Stage};
-use powergs_energy::{Activity, EnergyTable};
+use powergs_energy::Activity;
+use powergs_energy::action::{ActionCounts, Phase};
 use toml::Value;
 
 use super::UNLIKE;
@@ -24,16 +26,16 @@ fn outputs(text: &str) -> Vec<(f64, f64)> {
         machine.clock = Hertz(if table.name.contains("45") { 120e6 } else { 300e6 });
     }
     let mut actions = ActionCounts::default();
-    for action in Action::all() {
-        actions.charge(Stage::Rendering, action, 1_000_000);
+    for (action, _) in hardware().actions() {
+        actions.charge(Phase::Rendering, action, 1_000_000);
     }
     let stage = StageCommands { reads: 1000, writes: 1000, activates: 1000 };
     let dram = Some(DramCommands { stages: [stage; 3], refreshes: 10, ..DramCommands::default() });
-    let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
+    let activity = Activity { actions: &actions, seconds: 1e-3, idle: &[0.5; 5], dram };
     let of = |model| {
         machine.dram.model = model;
         let prices = cost::prices(&table, &machine).unwrap();
-        let area = prices.area.map_or(0.0, |a| a.total().0);
+        let area = prices.area.as_ref().map_or(0.0, |a| a.total().0);
         (prices.breakdown(&activity).total().0, area)
     };
     [DramModel::Banked, DramModel::Bandwidth].map(of).to_vec()

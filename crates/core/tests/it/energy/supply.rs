@@ -5,10 +5,12 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::{Hertz, Volts};
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
-use powergs_energy::action::{Action, Buffer};
+
+use powergs_core::stage::EnergyTable;
+use powergs_core::stage::{DRAM_READ, buffer_id, sram_read, work_id};
 use powergs_energy::supply::Curve;
 use powergs_energy::table::CurveChoice;
-use powergs_energy::{EnergyTable, Prices, same_costs};
+use powergs_energy::{Prices, same_costs};
 
 fn table(name: &str) -> EnergyTable {
     EnergyTable::parse(find(ENERGY, name).expect("a table")).expect("a good table")
@@ -69,14 +71,14 @@ fn a_slower_clock_saves_energy_and_leakage_down_to_the_lowest_voltage() {
     assert_relative_eq!(supply.voltage, 0.676, max_relative = 1e-3);
     let ratio = supply.voltage / 0.9;
     assert_relative_eq!(supply.energy, ratio * ratio, max_relative = 1e-12);
-    for action in [Action::Alpha, Action::Cull, Action::SramRead(Buffer::Feature)] {
+    for action in [work_id("alpha"), work_id("cull"), sram_read(buffer_id("feature"))] {
         assert_relative_eq!(
             half.of(action).0 / full.of(action).0,
             supply.energy,
             max_relative = 1e-12
         );
     }
-    assert_eq!(half.of(Action::DramRead), full.of(Action::DramRead), "another chip");
+    assert_eq!(half.of(DRAM_READ), full.of(DRAM_READ), "another chip");
     assert_relative_eq!(half.leakage_w() / full.leakage_w(), supply.leakage, max_relative = 1e-9);
     assert!(supply.leakage < supply.energy, "leakage is steeper");
     assert_eq!(half.area, full.area);

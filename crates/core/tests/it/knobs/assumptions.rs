@@ -7,8 +7,8 @@ use powergs_base::config::assumptions::{KnobFile, assumptions};
 use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES, find};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
+use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
-use powergs_energy::EnergyTable;
 use toml::Table;
 
 fn files(folder: &Path, found: &mut Vec<PathBuf>) {

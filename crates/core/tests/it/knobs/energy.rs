@@ -4,9 +4,10 @@ use powergs_base::config::embedded::{ENERGY, Embedded, MACHINES};
 use powergs_base::config::{key_docs, knob};
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost;
+use powergs_core::stage::EnergyTable;
 use powergs_dram::{DramCommands, StageCommands};
 use powergs_energy::Activity;
-use powergs_energy::{Area, EnergyBreakdown, EnergyTable, Prices};
+use powergs_energy::{Area, EnergyBreakdown, Prices};
 use toml::{Table, Value};
 
 use super::inert::list;
@@ -35,10 +36,10 @@ fn costs(
     let energy = prices.breakdown(&Activity {
         actions: &frame.actions,
         seconds: 1e-4,
-        idle: [0.3; 4],
+        idle: &[0.3; 5],
         dram: Some(DramCommands { stages: [work; 3], refreshes: 7, ..DramCommands::default() }),
     });
-    Ok(Costs { energy, area: prices.area, prices })
+    Ok(Costs { energy, area: prices.area.clone(), prices })
 }
 
 fn named(name: &str) -> &'static Embedded {

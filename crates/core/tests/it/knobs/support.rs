@@ -8,8 +8,9 @@ use powergs_core::accel::{Machine, Memo};
 use powergs_core::sim::{
     self, FrameReport, Label, Lists, Measured, SimError, Timed, simulate_measured, time, time_again,
 };
+use powergs_core::stage::EnergyTable;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
-use powergs_energy::{EnergyTable, Prices};
+use powergs_energy::Prices;
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};

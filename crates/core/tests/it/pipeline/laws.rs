@@ -3,18 +3,21 @@
 use std::ops::Range;
 
 use powergs_base::quantity::{Bytes, Nanoseconds};
+use powergs_core::accel::colour::UNITS;
 use powergs_core::accel::layout::Layout;
 use powergs_core::accel::machine::{DramModel, FeatureSource, Fetch};
 use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::timeline::{Observer, Span};
 use powergs_core::accel::traffic::for_each_chunk;
+use powergs_core::accel::vru::COLOURS;
 use powergs_core::accel::{
-    FrameContext, FrameReplay, Machine, ResolvedUnits, Stall, Unit, replay, replay_with,
+    FrameContext, FrameReplay, Machine, ResolvedUnits, Unit, replay, replay_with,
 };
+use powergs_core::stage::{DRAM_READ, hardware, work_id};
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
-use powergs_energy::action::{Action, Stage};
+use powergs_energy::action::Phase;
 use powergs_frame::scene::ShDegree;
 
 use crate::workload::support::dense_frame;
@@ -80,9 +83,11 @@ fn needed(replay: &FrameReplay) -> Vec<u64> {
     let count = |stage, action| {
         replay.actions.count(stage, action) - replay.speculation.count(stage, action)
     };
-    Stage::WORK
+    Phase::WORK
         .into_iter()
-        .flat_map(|stage| Action::all().map(|action| count(stage, action)))
+        .flat_map(|stage| {
+            hardware().actions().map(|(action, _)| count(stage, action)).collect::<Vec<_>>()
+        })
         .collect()
 }
 
@@ -97,7 +102,7 @@ fn what_enters_a_buffer_leaves_it() {
             assert!(buffer.byte_cycles <= u128::from(buffer.peak * replay.timing.frame));
             discarded += buffer.discarded;
         }
-        let in_vain = replay.speculation.count(Stage::Rendering, Action::DramRead);
+        let in_vain = replay.speculation.count(Phase::Rendering, DRAM_READ);
         let discarded: u64 = replay.timing.buffers.iter().map(|b| b.discarded).sum();
         let spec = &machine.record;
         assert_eq!(in_vain, discarded, "seed {seed} {spec:?}");
@@ -262,11 +267,12 @@ fn rendering_bounds_a_frame_with_fast_memory() {
     // Above the bound: the first list, its 128 colours in 130 cycles, the last write.
     assert!((bound..bound + 140).contains(&timing.frame), "{} for {bound}", timing.frame);
     assert_eq!(timing.units[3].busy, 4 * bound * 16);
-    let colour = timing.colour.expect("colour units");
-    assert_eq!((colour.units, colour.busy), (4, 400 * 128));
-    let colours = replay(&frame, &machine).actions.count(Stage::Rendering, Action::ShColour);
+    let colour = timing.unit(UNITS).expect("colour units");
+    assert_eq!((colour.instances, colour.busy), (4, 400 * 128));
+    let colours = replay(&frame, &machine).actions.count(Phase::Rendering, work_id("sh-colour"));
     assert_eq!(colours, 400 * 128);
-    assert!(colour.waits < 4 * 16 * 140, "{colour:?}");
+    let waits = timing.units[3].stalls[COLOURS.index()];
+    assert!(waits < 4 * 16 * 140, "{waits}");
 }
 
 /// With 7 operations a cycle the colours of a chunk take 2,432 cycles and hide its rendering.
@@ -283,16 +289,15 @@ fn colours_bound_a_frame_whose_colour_units_are_slow() {
     // Behind the colours of the last chunk: its rendering, 500 pairs of 4 cycles and the rest.
     let bound = 100 * chunk + 500 * 4 + 192 + 16;
     assert!((bound..bound + 120).contains(&timing.frame), "{} for {bound}", timing.frame);
-    let colour = timing.colour.expect("colour units");
-    assert_eq!(colour.busy, 400 * chunk);
-    assert!(colour.waits > 0 && colour.waits <= timing.units[3].stalls[Stall::Input as usize]);
+    assert_eq!(timing.unit(UNITS).expect("colour units").busy, 400 * chunk);
+    assert!(timing.units[3].stalls[COLOURS.index()] > 0);
     // Colours of degree 0 take 6 operations of the 133.
     let flat = FrameWorkload { sh_degree: ShDegree::new(0).expect("a degree"), ..frame.clone() };
-    let colour = of(&machine, &flat).colour.expect("colour units");
-    assert_eq!(colour.busy, 400 * (128 * 6_u64).div_ceil(7));
+    let flat = of(&machine, &flat);
+    assert_eq!(flat.unit(UNITS).expect("colour units").busy, 400 * (128 * 6_u64).div_ceil(7));
     // Colours that are there before sorting need no such unit.
     machine.ccu.fetch = Fetch::VisibleColour;
-    assert_eq!(of(&machine, &frame).colour, None);
+    assert_eq!(of(&machine, &frame).unit(UNITS), None);
 }
 
 #[test]

@@ -29,13 +29,11 @@ pub struct Seen {
     pub requests: u64,
     pub read: [u64; 3],
     pub write: [u64; 3],
-    /// Cycles in which colour units worked, and rendering units waited for them; `None` without.
-    pub colour: Option<(u64, u64)>,
 }
 
 impl Seen {
     pub fn draw(&self) -> String {
-        let names = ["ccu", "qsu", "bsu", "vru"];
+        let names = ["ccu", "qsu", "bsu", "vru", "colour"];
         self.rows.iter().map(|((u, i), row)| format!("{}{i} |{row}\n", names[*u])).collect()
     }
 
@@ -129,17 +127,14 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
             converter.tick();
         }
         for (i, core) in cores.iter_mut().enumerate() {
-            let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 3] };
-            (1..4).for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
-            core.colour_cycles[1] += u64::from(can_render && core.wants_colours(now, &memory));
+            let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 4] };
+            let units = 1..if machine.ccu.fetch == Fetch::LazyColour { 5 } else { 4 };
+            units.for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
             core.tick(machine);
         }
         memory.tick(now);
         now += 1;
     }
-    let colour = |i: usize| cores.iter().map(|core| core.colour_cycles[i]).sum::<u64>();
-    seen.colour = (machine.ccu.fetch == Fetch::LazyColour)
-        .then(|| (colour(0), colour(1) * u64::from(machine.vru.units_per_core)));
     seen.frame = now;
     (seen.requests, seen.read, seen.write) = (memory.requests, memory.read, memory.written);
     seen

@@ -14,7 +14,8 @@ use powergs_core::accel::{
     replay_with,
 };
 use powergs_core::sim::{Measured, time};
-use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_core::stage::{DRAM_READ, work_id};
+use powergs_energy::action::{ActionCounts, ActionId, Phase};
 
 use super::support::{Dice, TilePlan, gscore, workload};
 
@@ -84,7 +85,7 @@ fn names_tell_machines_apart() {
 struct Fixed {
     cycles: u64,
     stalls: u64,
-    action: Option<(Action, u64)>,
+    action: Option<(ActionId, u64)>,
 }
 
 impl Fixed {
@@ -108,7 +109,7 @@ impl<U: Unit> UnitRule<U> for Fixed {
 
     fn charge(&self, _: &U, _: &U::Work, actions: &mut ActionCounts) {
         if let Some((action, n)) = self.action {
-            actions.charge(Stage::Rendering, action, n);
+            actions.charge(Phase::Rendering, action, n);
         }
     }
 }
@@ -123,16 +124,16 @@ fn three_tiles() -> (Machine, powergs_core::workload::FrameWorkload) {
 #[test]
 fn busy_cycles_and_actions_are_those_of_the_rule() {
     let (mut machine, frame) = three_tiles();
-    let action = Some((Action::Alpha, 3));
+    let action = Some((work_id("alpha"), 3));
     machine.rules.vru = Rule::new(Fixed { cycles: 700, stalls: 11, action });
     let timed = time(0, &frame, &Measured::default(), &machine).expect("accounts close");
     let vru = &timed.timing.units[3];
     let gang = u64::from(machine.vru.units_per_core);
     assert_eq!(vru.busy, 6 * 700 * gang, "six chunks");
-    assert_eq!(vru.stalls[powergs_core::accel::Stall::Bank as usize], 6 * 11 * gang);
+    assert_eq!(vru.stalls[powergs_core::accel::Stall::BANK.index()], 6 * 11 * gang);
     // Once for every chunk, and once for every tile.
-    assert_eq!(timed.actions.total(Action::Alpha), (6 + 3) * 3);
-    assert_eq!(timed.actions.total(Action::Blend), 0, "the built-in actions are replaced");
+    assert_eq!(timed.actions.total(work_id("alpha")), (6 + 3) * 3);
+    assert_eq!(timed.actions.total(work_id("blend")), 0, "the built-in actions are replaced");
 }
 
 /// Counts how often each rule is asked.
@@ -233,8 +234,8 @@ fn rules_that_break_their_contract_are_refused() {
             rules.vru = Rule::new(Fixed { cycles: 1, stalls: 0, action: Some((action, n)) });
         })
     };
-    let dram = charging(Action::DramRead, 1);
+    let dram = charging(DRAM_READ, 1);
     assert!(matches!(dram, RuleError::DramBytes { .. }), "{dram}");
-    let many = charging(Action::Alpha, u64::MAX);
+    let many = charging(work_id("alpha"), u64::MAX);
     assert!(matches!(many, RuleError::TooMany { .. }), "{many}");
 }

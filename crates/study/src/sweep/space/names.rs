@@ -50,13 +50,14 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
     };
     let (machine, prices) = (of.machine, priced.prices.as_ref().ok());
     let number = match name {
-        "area_mm2" => prices?.area?.total().0,
-        "area_mm2.core" => prices?.area?.core().0,
+        "area_mm2" => prices?.area.as_ref()?.total().0,
+        "area_mm2.core" => prices?.area.as_ref()?.core().0,
         "leakage_w" => prices?.leakage_w(),
         "peak_w" => peak_w(machine, prices?).iter().map(|(_, watts)| watts).sum(),
         SRAM => {
-            let buffers: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
-            (buffers + machine.cache.capacity.0) as f64
+            let memories = machine.inventory().memories;
+            let bytes = memories.iter().map(|m| m.bank.0 * u64::from(m.banks));
+            bytes.sum::<u64>() as f64
         }
         _ => return None,
     };

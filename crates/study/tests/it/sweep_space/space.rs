@@ -1,5 +1,6 @@
 //! What a sweep file spans: points, columns, designs.
 
+use powergs_core::stage::{DRAM_READ, work_id};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -8,7 +9,7 @@ use powergs_base::quantity::Bytes;
 use powergs_core::accel::Machine;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::sim::cost;
-use powergs_energy::EnergyTable;
+use powergs_core::stage::EnergyTable;
 use powergs_study::sweep::{Design, Rejected, Space, SweepFile};
 
 /// The space of a file with these lines behind question and base.
@@ -171,7 +172,10 @@ fn constraints_leave_points_out_and_say_which() {
     let failed = space.design(5).expect_err("four cores too many").to_string();
     assert!(failed.contains("vru.cores * ccu.units <= 8"), "{failed}");
     let small = space.design(2).expect("four cores, one CCU");
-    assert!(small.prices[0].prices.as_ref().expect("prices").area.expect("an area").core().0 < 5.0);
+    assert!(
+        small.prices[0].prices.as_ref().expect("prices").area.as_ref().expect("an area").core().0
+            < 5.0
+    );
 }
 
 #[test]
@@ -197,8 +201,8 @@ fn every_table_prices_every_point() {
     );
     assert_eq!(space.energy_labels(), ["cheap", "dear"]);
     let [one, two] = [design(&space, 0), design(&space, 1)];
-    let alpha = powergs_energy::action::Action::Alpha;
-    let read = powergs_energy::action::Action::DramRead;
+    let alpha = work_id("alpha");
+    let read = DRAM_READ;
     let of = |d: &Design, i: usize| {
         [alpha, read].map(|a| d.prices[i].prices.as_ref().expect("prices").of(a).0)
     };

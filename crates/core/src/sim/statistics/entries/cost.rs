@@ -3,7 +3,8 @@
 use super::{List, real, weighted};
 use crate::sim::FrameReport;
 use crate::sim::statistics::{Key, Weight};
-use powergs_energy::action::Stage;
+use crate::stage::hardware;
+use powergs_energy::action::Phase;
 use powergs_energy::{Area, Component};
 
 /// Watts of one component at the display rate `fps`, or at the rate that is reached.
@@ -18,21 +19,21 @@ fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {
     }
 }
 
-fn stage_w(frame: &FrameReport, stage: Stage, fps: f64) -> f64 {
+fn stage_w(frame: &FrameReport, stage: Phase, fps: f64) -> f64 {
     match stage {
-        Stage::Standby => frame.standby_w(fps).iter().sum(),
-        Stage::Preprocessing | Stage::Sorting | Stage::Rendering => {
+        Phase::Standby => frame.standby_w(fps).iter().sum(),
+        Phase::Preprocessing | Phase::Sorting | Phase::Rendering => {
             frame.energy.stage(stage).0 * 1e-12 * frame.displayed_fps(fps)
         }
     }
 }
 
-pub(super) fn stage_words(stage: Stage) -> &'static str {
+pub(super) fn stage_words(stage: Phase) -> &'static str {
     match stage {
-        Stage::Preprocessing => "preprocessing (cull, project, intersect)",
-        Stage::Sorting => "sorting",
-        Stage::Rendering => "rendering (colour, features, α, blending)",
-        Stage::Standby => {
+        Phase::Preprocessing => "preprocessing (cull, project, intersect)",
+        Phase::Sorting => "sorting",
+        Phase::Rendering => "rendering (colour, features, α, blending)",
+        Phase::Standby => {
             "standby (leakage, background and refresh of the memory: paid for time, not for work)"
         }
     }
@@ -66,7 +67,7 @@ pub(super) fn power(list: &mut List) {
             Some(component_w(f, c, fps))
         });
     }
-    for s in Stage::ALL {
+    for s in Phase::ALL {
         let text = format!("Part of `power_w.total`: {}.", stage_words(s));
         weighted(
             list,
@@ -120,7 +121,7 @@ pub(super) fn area(list: &mut List) {
         "mm2",
         "Area of the die at the node of the energy table, PHY and controllers of the memory \
          included; absent where the table has none. DRAM is another chip.",
-        |f, _| Some(f.area?.total().0),
+        |f, _| Some(f.area.as_ref()?.total().0),
     );
     real(
         list,
@@ -128,19 +129,24 @@ pub(super) fn area(list: &mut List) {
         "mm2",
         "Area of the die without `area_mm2.phy` and `area_mm2.controllers`: what papers on these \
          accelerators print.",
-        |f, _| Some(f.area?.core().0),
+        |f, _| Some(f.area.as_ref()?.core().0),
     );
-    for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
+    let hardware = hardware();
+    for (i, block) in Area::blocks(hardware).into_iter().enumerate() {
+        let name = block.name;
+        let unit = hardware.units().find(|(_, unit)| unit.key == name);
         let what = match name {
             "rest" => "everything of the core that is neither unit nor buffer".to_owned(),
             "phy" => "the chip's side of the memory channels (PHY)".to_owned(),
             "controllers" => "memory controllers".to_owned(),
-            unit if i < Area::UNITS.len() => format!("all units of the kind `{unit}`"),
-            buffer => format!("the {buffer} buffer, all shares and banks"),
+            _ => match unit {
+                Some((_, unit)) => format!("all {}", unit.words),
+                None => format!("the {name} buffer, all shares and banks"),
+            },
         };
         let text = format!("Part of `area_mm2.total`: {what}.");
         real(list, format!("area_mm2.{name}"), "mm2", text, move |f, _| {
-            Some(f.area?.blocks()[i].1.0)
+            Some(f.area.as_ref()?.areas()[i].0)
         });
     }
 }
@@ -157,11 +163,11 @@ pub(super) fn energy(list: &mut List) {
         let text = format!("Part of `energy_pj.total`: {}.", component_words(c));
         real(list, Key::EnergyOf(c), "pJ", text, move |f, _| Some(f.energy.component(c).0));
     }
-    for s in Stage::ALL {
+    for s in Phase::ALL {
         let text = format!("Part of `energy_pj.total`: {}.", stage_words(s));
         real(list, Key::EnergyIn(s), "pJ", text, move |f, _| Some(f.energy.stage(s).0));
     }
-    for s in Stage::WORK {
+    for s in Phase::WORK {
         for c in Key::COMPONENTS {
             let text = format!("Energy of {} in {}.", component_words(c), stage_words(s));
             real(list, Key::EnergyPart(s, c), "pJ", text, move |f, _| Some(f.energy.part(s, c).0));

@@ -4,8 +4,9 @@ use super::{List, count, real};
 use crate::accel::{BufferUse, DramUse, FrameTiming};
 use crate::sim::statistics::Key;
 use crate::sim::{CycleReport, FrameReport};
+use crate::stage::hardware;
 use powergs_dram::{DramCommands, StageCommands};
-use powergs_energy::action::{Buffer, Stage};
+use powergs_energy::action::{BufferId, Phase};
 
 fn usage(frame: &FrameReport) -> Option<&DramUse> {
     Some(&frame.timing()?.dram)
@@ -98,7 +99,7 @@ fn moved(list: &mut List) {
 }
 
 /// A command count: name of that of all stages, key of that of one, definition, field.
-type MemoryColumn = (&'static str, fn(Stage) -> Key, &'static str, fn(&StageCommands) -> u64);
+type MemoryColumn = (&'static str, fn(Phase) -> Key, &'static str, fn(&StageCommands) -> u64);
 
 const COLUMNS: [MemoryColumn; 3] = [
     ("dram.reads", Key::BurstsRead, "Bursts read", |s| s.reads),
@@ -119,7 +120,7 @@ fn device(list: &mut List) {
     count(list, "dram.refreshes", "1", text, |f| Some(commands(f)?.refreshes));
     let text = "Share of the bursts that found their row open: 1 - `dram.activates` over bursts.";
     real(list, Key::RowHits, "1", text, |f, _| commands(f)?.total().row_hit_frac());
-    for (i, stage) in Stage::WORK.into_iter().enumerate() {
+    for (i, stage) in Phase::WORK.into_iter().enumerate() {
         for (_, of, text, field) in COLUMNS {
             let text = format!("{text} for {}.", super::cost::stage_words(stage));
             count(list, of(stage), "1", text, move |f| Some(field(&commands(f)?.stages[i])));
@@ -134,12 +135,12 @@ fn device(list: &mut List) {
     }
 }
 
-fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
+fn buffer(frame: &FrameReport, which: BufferId) -> Option<&BufferUse> {
     frame.timing()?.buffer(which)
 }
 
 /// A count of one buffer: key, definition, field.
-type MemoryField = (fn(Buffer) -> Key, &'static str, fn(&BufferUse) -> u64);
+type MemoryField = (fn(BufferId) -> Key, &'static str, fn(&BufferUse) -> u64);
 
 const FIELDS: [MemoryField; 5] = [
     (Key::Capacity, "Size of the {} buffer, all shares together", |b| b.capacity),
@@ -150,12 +151,12 @@ const FIELDS: [MemoryField; 5] = [
 ];
 
 pub(super) fn buffers(list: &mut List) {
-    for which in Buffer::FILLED {
+    for (which, facts) in hardware().buffers().filter(|(_, facts)| facts.fills) {
         for (of, text, field) in FIELDS {
-            let text = format!("{}.", text.replace("{}", which.name()));
+            let text = format!("{}.", text.replace("{}", facts.name));
             count(list, of(which), "B", text, move |f| Some(field(buffer(f, which)?)));
         }
-        let text = format!("What the {} buffer held on average over the frame.", which.name());
+        let text = format!("What the {} buffer held on average over the frame.", facts.name);
         real(list, Key::Held(which), "B", text, move |f, _| {
             let cycles = f.timing()?.frame as f64;
             Some(buffer(f, which)?.byte_cycles as f64 / cycles)

@@ -101,8 +101,6 @@ pub struct Core {
     keys_used: u64,
     features_used: u64,
     pixels_used: u64,
-    /// Cycles in which something entered the colour unit, and in which the VRU waited for it alone.
-    pub colour_cycles: [u64; 2],
 }
 
 fn fits(used: u64, bytes: u64, capacity: u64) -> bool {
@@ -443,8 +441,8 @@ impl Core {
         true
     }
 
-    /// QSU, BSU, VRU.
-    pub fn symbols(&self, now: u64, frame: &Frame, memory: &Memory) -> [char; 3] {
+    /// QSU, BSU, VRU, colour unit.
+    pub fn symbols(&self, now: u64, frame: &Frame, memory: &Memory) -> [char; 4] {
         let name = |job: usize| digit(frame.plan.tiles_of(&frame.plan.jobs[job])[0] as usize);
         let working = self.held.iter().find(|held| !matches!(held.step, Step::Ready));
         let qsu = match (working, self.held.is_empty()) {
@@ -476,16 +474,24 @@ impl Core {
             (None, Some(_), _) => 'o',
             (None, None, Some(chunk)) => match chunk.features {
                 Some(ticket) if !memory.is_done(ticket, now) => 'f',
+                _ if self.wants_colours(now, memory) => 'c',
                 _ => 'i',
             },
             (None, None, None) if self.middle.is_some() => 'f',
             (None, None, None) => behind,
         };
-        [qsu, bsu, vru]
+        let entering = |c: &&Chunk| matches!(c.colours, Colours::Entering(_));
+        let wanting = |c: &Chunk| matches!(c.colours, Colours::Wanted(_));
+        let colour = match self.chunks.iter().find(entering) {
+            Some(chunk) => digit(chunk.tile),
+            None if self.chunks.iter().any(wanting) => 'f',
+            None => behind,
+        };
+        [qsu, bsu, vru, colour]
     }
 
     /// Whether the VRU has nothing to do but wait for the colours of its next chunk.
-    pub fn wants_colours(&self, now: u64, memory: &Memory) -> bool {
+    fn wants_colours(&self, now: u64, memory: &Memory) -> bool {
         let is_free = self.rendering.is_none() && self.pending.is_none();
         is_free
             && self.chunks.front().is_some_and(|c| {
@@ -505,7 +511,6 @@ impl Core {
             };
             match chunk.colours {
                 Colours::Entering([operations, lookups]) => {
-                    self.colour_cycles[0] += 1;
                     let rate = u64::from(vru.colour_operations_per_cycle);
                     let left = [operations.saturating_sub(rate), lookups.saturating_sub(1)];
                     chunk.colours = match left {

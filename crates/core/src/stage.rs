@@ -1,0 +1,680 @@
+//! Stages declare themselves: what one is made of, does, waits for and leaves out is said once,
+//! beside its rule.
+//!
+//! Statistics, the keys of energy tables and their checks, area, peak power, rooflines, what-if,
+//! limits, the words of bottlenecks and timelines are read off the declarations. What a program
+//! knows of is [`STAGES`], and what was [registered](register) before anybody asked.
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use crate::accel::Machine;
+use crate::accel::{bsu, cache, ccu, colour, lists, memory, qsu, vru};
+use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
+use powergs_energy::hardware::{
+    BufferFacts, Catalogue, Declared, PartFacts, StageFacts, Unpriced, WorkFacts,
+};
+
+pub use powergs_energy::hardware::{Does, Hardware};
+
+/// A stage: units of a kind, or something that units share.
+#[derive(Debug, Clone, Copy)]
+pub struct StageDecl {
+    /// The key in every file and output: `vru`.
+    pub key: &'static str,
+    /// What sentences call it: `volume rendering units (VRU)`.
+    pub words: &'static str,
+    /// What it is and does, for people.
+    pub means: &'static str,
+    /// The phase that it works in.
+    pub phase: Phase,
+    /// How many units of it a machine has; `None` for what is no unit.
+    pub units: Option<fn(&Machine) -> u32>,
+    /// Whether its units compute with `record.numbers`.
+    pub has_numbers: bool,
+    /// Whether one unit is one lane, which evaluates a pixel a cycle.
+    pub has_lanes: bool,
+    /// The part of other units that its area and leakage are counted in, where they have no prices
+    /// of their own: stage and part.
+    pub counted_in: Option<(&'static str, &'static str)>,
+    /// What its units do.
+    pub works: &'static [WorkDecl],
+    /// What its units do that another stage declares.
+    pub also_works: &'static [AlsoDecl],
+    /// Buffers that it is the first to fill.
+    pub buffers: &'static [BufferDecl],
+    /// What its units have in amounts that an architect chooses.
+    pub parts: &'static [PartDecl],
+    /// What it waits for besides its input, room for its output and banks.
+    pub waits: &'static [WaitDecl],
+    /// Names of waits of other stages that it may be held up by too.
+    pub also_waits: &'static [&'static str],
+    /// The stage whose results it works on.
+    pub after: Option<&'static str>,
+    /// What it gets from that, for sentences: `sorted chunks from the GSU`.
+    pub input: &'static str,
+    /// What doubling it means.
+    pub doubles: &'static [DoubleDecl],
+    /// What it leaves out.
+    pub omits: &'static [OmitDecl],
+    /// Assumptions behind its speed.
+    pub behind: &'static [&'static str],
+}
+
+impl StageDecl {
+    /// A stage that has nothing yet.
+    pub const fn new(
+        key: &'static str,
+        words: &'static str,
+        phase: Phase,
+        means: &'static str,
+    ) -> StageDecl {
+        StageDecl {
+            key,
+            words,
+            means,
+            phase,
+            units: None,
+            has_numbers: false,
+            has_lanes: false,
+            counted_in: None,
+            works: &[],
+            also_works: &[],
+            buffers: &[],
+            parts: &[],
+            waits: &[],
+            also_waits: &[],
+            after: None,
+            input: "its input",
+            doubles: &[],
+            omits: &[],
+            behind: &[],
+        }
+    }
+
+    /// How many units of it a machine has.
+    pub fn count(&self, machine: &Machine) -> u32 {
+        self.units.map_or(0, |units| units(machine))
+    }
+
+    /// What its units may wait for, in report order.
+    pub fn stalls(&self) -> impl Iterator<Item = Stall> + '_ {
+        Stall::all().iter().copied().filter(|cause| {
+            let (WaitDecl { name, .. }, declares) = (cause.words(), cause.stage());
+            declares.is_none_or(|stage| stage.key == self.key) || self.also_waits.contains(&name)
+        })
+    }
+
+    /// What one unit does at most in a cycle: each action with how often. Of work that one unit
+    /// does in place of another, both are listed.
+    pub fn a_cycle<'m>(
+        &'m self,
+        machine: &'m Machine,
+    ) -> impl Iterator<Item = (&'static str, f64)> + 'm {
+        let own = self.works.iter().map(|work| (work.facts.key, work.a_cycle));
+        let all = own.chain(self.also_works.iter().map(|also| (also.key, Some(also.a_cycle))));
+        all.filter_map(|(key, a_cycle)| Some((key, a_cycle?(machine))))
+    }
+}
+
+/// Work of the units of a stage.
+#[derive(Debug, Clone, Copy)]
+pub struct WorkDecl {
+    /// Its key, meaning, operations.
+    pub facts: WorkFacts,
+    /// How often one unit does it in a cycle at most.
+    pub a_cycle: Option<fn(&Machine) -> f64>,
+    /// Operations of one for rooflines where they are no floating-point operations: comparisons.
+    pub comparisons: Option<fn(&Machine) -> u32>,
+}
+
+/// Work with a price of its own: key, floating-point operations as PowerGS counts them, meaning.
+pub const fn work(key: &'static str, flops: u32, means: &'static str) -> WorkDecl {
+    let facts = WorkFacts { key, means, flops, unpriced: Unpriced::Never, is_colour: false };
+    WorkDecl { facts, a_cycle: None, comparisons: None }
+}
+
+impl WorkDecl {
+    /// The same, done so often by one unit in a cycle at most.
+    pub const fn a_cycle(self, a_cycle: fn(&Machine) -> f64) -> WorkDecl {
+        WorkDecl { a_cycle: Some(a_cycle), ..self }
+    }
+
+    /// The same with so many comparisons.
+    pub const fn comparing(self, comparisons: fn(&Machine) -> u32) -> WorkDecl {
+        WorkDecl { comparisons: Some(comparisons), ..self }
+    }
+
+    /// The same with the price of another action where a table has none for it.
+    pub const fn priced_as(self, other: &'static str) -> WorkDecl {
+        let facts = WorkFacts { unpriced: Unpriced::As(other), ..self.facts };
+        WorkDecl { facts, ..self }
+    }
+
+    /// The same, made of another action, which a table may price in its place.
+    pub const fn made_of(self, other: &'static str) -> WorkDecl {
+        let facts = WorkFacts { unpriced: Unpriced::MadeOf(other), ..self.facts };
+        WorkDecl { facts, ..self }
+    }
+
+    /// The same, as much cheaper as colours of lower SH degree have fewer operations.
+    pub const fn of_colour(self) -> WorkDecl {
+        WorkDecl { facts: WorkFacts { is_colour: true, ..self.facts }, ..self }
+    }
+}
+
+/// Work that another stage declares.
+#[derive(Debug, Clone, Copy)]
+pub struct AlsoDecl {
+    /// Its key.
+    pub key: &'static str,
+    /// How often one unit of this stage does it in a cycle at most.
+    pub a_cycle: fn(&Machine) -> f64,
+}
+
+/// A buffer.
+#[derive(Debug, Clone, Copy)]
+pub struct BufferDecl {
+    /// Its name, and where a machine file has it.
+    pub facts: BufferFacts,
+    /// How a machine builds it; no banks where the machine has no such buffer.
+    pub memory: fn(&Machine) -> Memory,
+}
+
+/// A buffer that fills and empties: name in outputs, table in a machine file.
+pub const fn buffer(
+    name: &'static str,
+    table: &'static str,
+    memory: fn(&Machine) -> Memory,
+) -> BufferDecl {
+    let facts = BufferFacts { name, fills: true, grows: false, table, size: "capacity" };
+    BufferDecl { facts, memory }
+}
+
+impl BufferDecl {
+    /// The same as a table, which is always full.
+    pub const fn full(self) -> BufferDecl {
+        BufferDecl { facts: BufferFacts { fills: false, ..self.facts }, ..self }
+    }
+
+    /// The same, whose size is another key.
+    pub const fn sized_by(self, size: &'static str) -> BufferDecl {
+        BufferDecl { facts: BufferFacts { size, ..self.facts }, ..self }
+    }
+
+    /// The same, which the parts of its stage make larger.
+    pub const fn growing(self) -> BufferDecl {
+        BufferDecl { facts: BufferFacts { grows: true, ..self.facts }, ..self }
+    }
+}
+
+/// Something that one unit has in an amount that an architect chooses.
+#[derive(Debug, Clone, Copy)]
+pub struct PartDecl {
+    /// Its key and meaning.
+    pub facts: PartFacts,
+    /// How much of it one unit has.
+    pub amount: fn(&Machine) -> f64,
+}
+
+/// A part: key in `[parts.STAGE]`, what its amount counts, the amount.
+pub const fn part(key: &'static str, means: &'static str, amount: fn(&Machine) -> f64) -> PartDecl {
+    PartDecl { facts: PartFacts { key, means }, amount }
+}
+
+/// Who brings what a unit waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum From {
+    /// The memory.
+    Memory,
+    /// A stage of the machine, by its key.
+    Stage(&'static str),
+    /// Whatever is before it, or behind it.
+    Neighbour,
+}
+
+/// Something that a unit waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WaitDecl {
+    /// The name in every output.
+    pub name: &'static str,
+    /// What is waited for, in sentences: `records of Gaussians`.
+    pub what: &'static str,
+    /// The same in legends: `records from DRAM`.
+    pub short: &'static str,
+    /// Why, after `because`: `records of Gaussians were in DRAM or on their way`.
+    pub because: &'static str,
+    /// One character in drawings of few cycles.
+    pub symbol: char,
+    /// Who brings it.
+    pub from: From,
+}
+
+/// What twice as much of a resource means.
+#[derive(Debug, Clone, Copy)]
+pub struct DoubleDecl {
+    /// What it is called, in the words of the machine file: its first key, or that and what comes
+    /// with it.
+    pub name: &'static str,
+    /// The keys that are doubled together.
+    pub keys: &'static [&'static str],
+    /// The assumptions that decide how fast it is.
+    pub assumptions: &'static [&'static str],
+    /// Whether a machine has it.
+    pub is_there: fn(&Machine) -> bool,
+}
+
+/// A resource that every machine with the stage has.
+pub const fn double(
+    name: &'static str,
+    keys: &'static [&'static str],
+    assumptions: &'static [&'static str],
+) -> DoubleDecl {
+    DoubleDecl { name, keys, assumptions, is_there: |_| true }
+}
+
+/// What an effect that is left out does to the frame time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bias {
+    /// Real frames take longer than simulated ones.
+    Optimistic,
+    /// Real frames take less time than simulated ones.
+    Pessimistic,
+    /// Depends on the scene or the design.
+    Either,
+}
+
+impl Bias {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Bias::Optimistic => "optimistic",
+            Bias::Pessimistic => "pessimistic",
+            Bias::Either => "either",
+        }
+    }
+}
+
+/// An effect that is left out.
+#[derive(Debug, Clone, Copy)]
+pub struct OmitDecl {
+    /// What is left out.
+    pub what: &'static str,
+    /// Which way the frame time is wrong for it.
+    pub bias: Bias,
+    /// The assumption that says more; empty where none does.
+    pub assumption: &'static str,
+    /// The key and value with which a machine leaves it out; empty where all do.
+    pub with: &'static str,
+    /// Whether a machine leaves it out.
+    pub by: fn(&Machine) -> bool,
+}
+
+/// An effect that every machine leaves out.
+pub const fn omit(what: &'static str, bias: Bias, assumption: &'static str) -> OmitDecl {
+    OmitDecl { what, bias, assumption, with: "", by: |_| true }
+}
+
+impl OmitDecl {
+    /// The same, left out by machines with this key and value only.
+    pub const fn by(self, with: &'static str, by: fn(&Machine) -> bool) -> OmitDecl {
+        OmitDecl { with, by, ..self }
+    }
+}
+
+/// The stages of this program, in the order of every report.
+pub const STAGES: [&StageDecl; 8] = [
+    &ccu::CCU,
+    &qsu::QSU,
+    &bsu::BSU,
+    &vru::VRU,
+    &cache::CACHE,
+    &lists::LISTS,
+    &colour::CODEBOOK,
+    &colour::COLOUR,
+];
+
+/// Whether two keys are the same, before the program runs.
+const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    if a.len() != b.len() {
+        return false;
+    }
+    let mut i = 0;
+    while i < a.len() {
+        if a[i] != b[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
+
+/// Works, units, buffers of [`STAGES`] in front of what `stage` (or all, behind the last) has.
+const fn before(stage: usize) -> [usize; 3] {
+    let mut sum = [0; 3];
+    let mut s = 0;
+    while s < stage {
+        sum[0] += STAGES[s].works.len();
+        sum[1] += STAGES[s].units.is_some() as usize;
+        sum[2] += STAGES[s].buffers.len();
+        s += 1;
+    }
+    sum
+}
+
+/// Numbers in all.
+const ALL: [usize; 3] = before(STAGES.len());
+
+/// The number of a stage of this program.
+pub const fn stage_id(key: &str) -> StageId {
+    let mut s = 0;
+    while s < STAGES.len() {
+        if same(STAGES[s].key, key) {
+            return StageId::new(s);
+        }
+        s += 1;
+    }
+    panic!("no stage of this program has this key");
+}
+
+/// The number of work that a stage of this program declares.
+pub const fn work_id(key: &str) -> ActionId {
+    let mut s = 0;
+    while s < STAGES.len() {
+        let mut i = 0;
+        while i < STAGES[s].works.len() {
+            if same(STAGES[s].works[i].facts.key, key) {
+                return ActionId::new(before(s)[0] + i);
+            }
+            i += 1;
+        }
+        s += 1;
+    }
+    panic!("no stage of this program declares this work");
+}
+
+/// The number of a buffer that a stage of this program declares.
+pub const fn buffer_id(name: &str) -> BufferId {
+    let mut s = 0;
+    while s < STAGES.len() {
+        let mut i = 0;
+        while i < STAGES[s].buffers.len() {
+            if same(STAGES[s].buffers[i].facts.name, name) {
+                return BufferId::new(before(s)[2] + i);
+            }
+            i += 1;
+        }
+        s += 1;
+    }
+    panic!("no stage of this program declares this buffer");
+}
+
+/// A cycle of a unit of a stage of this program that has work, or waits with it; or one without.
+pub const fn clock(stage: StageId, idle: bool) -> ActionId {
+    let unit = before(stage.index())[1];
+    ActionId::new(ALL[0] + if idle { ALL[1] } else { 0 } + unit)
+}
+
+/// A byte read from DRAM.
+pub const DRAM_READ: ActionId = ActionId::new(ALL[0] + 2 * ALL[1]);
+
+/// A byte written to DRAM.
+pub const DRAM_WRITE: ActionId = ActionId::new(ALL[0] + 2 * ALL[1] + 1);
+
+/// A byte read from a buffer of this program.
+pub const fn sram_read(buffer: BufferId) -> ActionId {
+    ActionId::new(ALL[0] + 2 * ALL[1] + 2 + buffer.index())
+}
+
+/// A byte written to a buffer of this program.
+pub const fn sram_write(buffer: BufferId) -> ActionId {
+    ActionId::new(ALL[0] + 2 * ALL[1] + 2 + ALL[2] + buffer.index())
+}
+
+/// Why a unit that had work could not proceed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Stall(u8);
+
+impl Stall {
+    /// The unit before it has not finished.
+    pub const INPUT: Stall = Stall(0);
+    /// The buffer behind it is full.
+    pub const OUTPUT: Stall = Stall(1);
+    /// Banks of its buffers are taken by other accesses.
+    pub const BANK: Stall = Stall(2);
+    /// Causes that every unit may have.
+    const COMMON: [WaitDecl; 3] = [
+        WaitDecl {
+            name: "input",
+            what: "its input",
+            short: "unit before it",
+            because: "the unit before had not finished",
+            symbol: 'i',
+            from: From::Neighbour,
+        },
+        WaitDecl {
+            name: "output",
+            what: "room in the output buffer",
+            short: "room behind it",
+            because: "the buffer behind them was full",
+            symbol: 'o',
+            from: From::Neighbour,
+        },
+        WaitDecl {
+            name: "bank",
+            what: "busy banks",
+            short: "buffer bank",
+            because: "banks of their buffers were taken by other accesses",
+            symbol: 'b',
+            from: From::Neighbour,
+        },
+    ];
+
+    /// The most causes that a program may have.
+    pub const MOST: usize = 16;
+
+    /// A wait that a stage of this program declares.
+    pub const fn of(name: &str) -> Stall {
+        let (mut s, mut at) = (0, Stall::COMMON.len());
+        while s < STAGES.len() {
+            let mut i = 0;
+            while i < STAGES[s].waits.len() {
+                if same(STAGES[s].waits[i].name, name) {
+                    return Stall((at + i) as u8);
+                }
+                i += 1;
+            }
+            at += STAGES[s].waits.len();
+            s += 1;
+        }
+        panic!("no stage of this program declares this wait");
+    }
+
+    /// All causes, in report order: those that every unit may have last.
+    pub fn all() -> &'static [Stall] {
+        &registry().stalls
+    }
+
+    /// Its position in accounts.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// What is said of it.
+    pub fn words(self) -> WaitDecl {
+        registry().waits[self.index()]
+    }
+
+    /// The name in every output.
+    pub fn name(self) -> &'static str {
+        self.words().name
+    }
+
+    /// Whether the unit waits for the memory.
+    pub fn is_dram(self) -> bool {
+        self.words().from == From::Memory
+    }
+
+    /// The stage that declares it; `None` for what every unit may have.
+    pub fn stage(self) -> Option<&'static StageDecl> {
+        let declared = self.index().checked_sub(Stall::COMMON.len())?;
+        Some(registry().waiting[declared])
+    }
+}
+
+/// What the program knows of.
+struct Registry {
+    stages: Vec<&'static StageDecl>,
+    hardware: Hardware,
+    /// By [`Stall::index`].
+    waits: Vec<WaitDecl>,
+    /// The stages that declare those behind the common ones.
+    waiting: Vec<&'static StageDecl>,
+    /// In report order.
+    stalls: Vec<Stall>,
+}
+
+/// What was registered and is not yet known of.
+static REGISTERED: Mutex<Vec<&'static StageDecl>> = Mutex::new(Vec::new());
+
+static REGISTRY: OnceLock<Registry> = OnceLock::new();
+
+/// Why a stage cannot be registered.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum RegisterError {
+    /// Somebody has asked already.
+    #[error(
+        "the stage `{0}` comes too late: register stages before anything reads a file or asks for \
+         a statistic"
+    )]
+    Late(&'static str),
+    /// Something of it has a name that is taken.
+    #[error("`{name}` of the stage `{stage}` is declared already: give it another name")]
+    Taken {
+        /// Key of the stage.
+        stage: &'static str,
+        /// What is taken.
+        name: &'static str,
+    },
+    /// More causes of waits than accounts have room for.
+    #[error("the stage `{0}` has too many causes to wait: all stages together have at most 13")]
+    Waits(&'static str),
+}
+
+/// Adds a stage from outside of the program, which must be done before anything else.
+///
+/// # Errors
+/// [`RegisterError`]: too late, or a name that is taken.
+pub fn register(stage: &'static StageDecl) -> Result<(), RegisterError> {
+    let mut more = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
+    if REGISTRY.get().is_some() {
+        return Err(RegisterError::Late(stage.key));
+    }
+    let known: Vec<&StageDecl> = STAGES.into_iter().chain(more.iter().copied()).collect();
+    let names = |stage: &'static StageDecl| {
+        let works = stage.works.iter().map(|work| work.facts.key);
+        let buffers = stage.buffers.iter().map(|buffer| buffer.facts.name);
+        let waits = stage.waits.iter().map(|wait| wait.name);
+        [stage.key].into_iter().chain(works).chain(buffers).chain(waits)
+    };
+    let taken = |name: &&str| {
+        known.iter().any(|other| names(other).any(|theirs| theirs == *name))
+            || Stall::COMMON.iter().any(|wait| wait.name == *name)
+    };
+    if let Some(name) = names(stage).find(taken) {
+        return Err(RegisterError::Taken { stage: stage.key, name });
+    }
+    let waits = known.iter().map(|stage| stage.waits.len()).sum::<usize>() + stage.waits.len();
+    if Stall::COMMON.len() + waits > Stall::MOST {
+        return Err(RegisterError::Waits(stage.key));
+    }
+    more.push(stage);
+    Ok(())
+}
+
+fn registry() -> &'static Registry {
+    REGISTRY.get_or_init(|| {
+        let more = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner);
+        let stages: Vec<&'static StageDecl> =
+            STAGES.into_iter().chain(more.iter().copied()).collect();
+        let declared: Vec<Declared> = stages.iter().map(|stage| declared(stage)).collect();
+        let (own, others) = declared.split_at(STAGES.len());
+        let common = Stall::COMMON.len();
+        let own_waits = || stages.iter().flat_map(|s| s.waits.iter().map(move |wait| (*s, *wait)));
+        let waits: Vec<WaitDecl> =
+            Stall::COMMON.into_iter().chain(own_waits().map(|(_, wait)| wait)).collect();
+        let order = (common..waits.len()).chain(0..common);
+        Registry {
+            hardware: Hardware::new(own, others),
+            waiting: own_waits().map(|(stage, _)| stage).collect(),
+            stalls: order.map(|i| Stall(i as u8)).collect(),
+            waits,
+            stages,
+        }
+    })
+}
+
+fn declared(stage: &StageDecl) -> Declared {
+    Declared {
+        stage: StageFacts {
+            key: stage.key,
+            words: stage.words,
+            phase: stage.phase,
+            is_units: stage.units.is_some(),
+            has_numbers: stage.has_numbers,
+            counted_in: stage.counted_in,
+        },
+        works: stage.works.iter().map(|work| work.facts).collect(),
+        buffers: stage.buffers.iter().map(|buffer| buffer.facts).collect(),
+        parts: stage.parts.iter().map(|part| part.facts).collect(),
+    }
+}
+
+/// All stages that machines may have, by [`StageId`].
+pub fn stages() -> &'static [&'static StageDecl] {
+    &registry().stages
+}
+
+/// A stage.
+pub fn stage(id: StageId) -> &'static StageDecl {
+    stages()[id.index()]
+}
+
+/// Everything that is known to be left out: by memories, by stages, by all machines.
+pub fn omissions() -> impl Iterator<Item = &'static OmitDecl> {
+    let of_stages = stages().iter().flat_map(|stage| stage.omits);
+    memory::OMITS.iter().chain(of_stages).chain(&OMITS)
+}
+
+/// What no machine has.
+const OMITS: [OmitDecl; 2] = [
+    omit("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
+    omit(
+        "changes of clock and voltage in a frame, temperature, wake-up times",
+        Bias::Optimistic,
+        "",
+    ),
+];
+
+/// What may be doubled: parts of the memory, then what stages declare.
+pub fn doubles() -> impl Iterator<Item = &'static DoubleDecl> {
+    memory::DOUBLES.iter().chain(stages().iter().flat_map(|stage| stage.doubles))
+}
+
+/// Everything that machines may be built of.
+pub fn hardware() -> &'static Hardware {
+    &registry().hardware
+}
+
+/// The declarations of this program, for types that have no other way to them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stages;
+
+impl Catalogue for Stages {
+    fn hardware() -> &'static Hardware {
+        hardware()
+    }
+}
+
+/// Prices of what the stages of this program do.
+pub type EnergyTable = powergs_energy::EnergyTable<Stages>;
