@@ -3,7 +3,7 @@
 //!
 //! A number is the place of a thing in one list for all machines, so that counts, prices and areas
 //! are plain vectors. Sums run in the order of the numbers: work of all stages, cycles with and
-//! without work, DRAM, buffers; what is declared from outside of the program follows stage by stage.
+//! without work, DRAM, buffers; what is declared outside of the program follows stage by stage.
 
 use std::fmt;
 
@@ -35,8 +35,8 @@ pub enum Unpriced {
     Never,
     /// As much as another action.
     As(&'static str),
-    /// Nothing: it is made of another action, which has the price. Where it has one itself, all that
-    /// are made of that action have, and that one is free.
+    /// Nothing: it is made of another action, which has the price. Where it has one itself, all
+    /// that are made of that action have, and that one is free.
     MadeOf(&'static str),
 }
 

@@ -315,7 +315,8 @@ impl<C: Catalogue> JsonSchema for Parts<C> {
         for (id, stage) in hardware.stages() {
             if let Some((other, part)) = stage.counted_in {
                 let means = format!(
-                    "Area and leakage of one of `{part}` of the {}, over one of `parts.{other}.{part}`.",
+                    "Area and leakage of one of `{part}` of the {}, over one of \
+                     `parts.{other}.{part}`.",
                     stage.words
                 );
                 keys.push((stage.key.to_owned(), described::<Overhead>(generator, &means)));

@@ -79,7 +79,7 @@ pub enum Key {
     BurstsWritten(Phase),
     /// Rows opened by a stage that works.
     RowsOpened(Phase),
-    /// Size of a buffer of buffers that fill and empty, all its shares together, bytes; so in those below.
+    /// Size of a buffer that fills and empties, all its shares together, bytes; so in those below.
     Capacity(BufferId),
     /// The most that a buffer held, bytes.
     Peak(BufferId),

