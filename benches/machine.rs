@@ -8,14 +8,15 @@ mod made_up;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use made_up::frame;
-use powergs_sim::accel::{Machine, replay};
 use powergs_sim::config::embedded::MACHINES;
+use powergs_sim::flow::tile_wise::replay;
+use powergs_sim::machine::Machine;
 
 fn machines(c: &mut Criterion) {
     for embedded in MACHINES {
         let machine = Machine::parse(embedded.text).expect("it comes with the program");
         for points in [1_000_000, 0] {
-            let workload = frame(points, machine.geometry);
+            let workload = frame(points, machine.tiles().geometry);
             let chunks = workload.chunks.len();
             let name = format!("{} {points} points {chunks} chunks", embedded.name);
             c.bench_function(&name, |b| b.iter(|| replay(&workload, &machine)));

@@ -8,8 +8,8 @@ mod scenes;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use powergs_sim::accel::Machine;
 use powergs_sim::energy::Prices;
+use powergs_sim::machine::Machine;
 use powergs_sim::raster::{Detail, Options, render};
 use powergs_sim::run::System;
 use powergs_sim::sim::{Label, simulate};
@@ -50,8 +50,8 @@ fn replay(criterion: &mut Criterion) {
     let loaded = System::named("gscore").unwrap_or_else(|e| panic!("{e}"));
     let (machine, prices) = (loaded.machine(), loaded.prices());
     let decode = median_ms(5, || encoded.decode().expect("a valid block"));
-    let binning = median_ms(5, || bin(&frame, machine.geometry));
-    let workload = bin(&frame, machine.geometry);
+    let binning = median_ms(5, || bin(&frame, machine.tiles().geometry));
+    let workload = bin(&frame, machine.tiles().geometry);
     let simulated = median_ms(9, || one_machine(&workload, machine, prices));
     println!(
         "{splats} visible splats, {} pairs, {} chunks: encode {encode:.0} ms; \
@@ -64,7 +64,7 @@ fn replay(criterion: &mut Criterion) {
     );
     let mut group = criterion.benchmark_group("replay");
     group.sample_size(10);
-    group.bench_function("bin", |b| b.iter(|| bin(&frame, machine.geometry)));
+    group.bench_function("bin", |b| b.iter(|| bin(&frame, machine.tiles().geometry)));
     group.bench_function("simulate", |b| b.iter(|| one_machine(&workload, machine, prices)));
     group.finish();
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use made_up::frame;
-use powergs_sim::accel::Machine;
+use powergs_sim::machine::Machine;
 use powergs_sim::run::files::EmbeddedFiles;
 use powergs_sim::run::store::journal::{Index, append, parse};
 use powergs_sim::sim::{Measured, time};
@@ -45,7 +45,7 @@ fn designs(c: &mut Criterion) {
     });
     let machines: Vec<Machine> =
         (0..points).filter_map(|p| Some(space.design(p).ok()?.machine)).collect();
-    let workload = frame(1_000_000, machines[0].geometry);
+    let workload = frame(1_000_000, machines[0].tiles().geometry);
     let one = |machine: &Machine| {
         let measured = Measured::needed(&workload, machine);
         time(0, &workload, &measured, machine).expect("closed accounts").timing.frame

@@ -6,8 +6,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use powergs_sim::accel::vru::{Render, Vru};
-use powergs_sim::accel::{Rule, Unit, UnitRule, UnitRules};
+use powergs_sim::flow::tile_wise::vru::{Render, Vru};
+use powergs_sim::flow::tile_wise::{Rule, UnitRule, UnitRules};
+use powergs_sim::kernel::Unit;
 use powergs_sim::run::{Session, Subject, System, TraceFile};
 use powergs_sim::sim::FrameReport;
 

@@ -27,7 +27,7 @@
 //! | find what limits a machine, and what doubling a resource buys | [`replay::Replay`] |
 //! | find what keys and assumptions move | [`sensitivity`] |
 //! | try thousands of machines | [`sweep::run::Sweep`], [`analysis`] |
-//! | change how a unit counts cycles | [`accel`] |
+//! | change how a unit counts cycles | [`flow::tile_wise::rules`] |
 //! | find the fewest watts at a given quality | [`optimize::campaign::Campaign`] |
 //! | find a model and a machine together | [`codesign::Codesign`] |
 //! | write tables, pages and charts | [`report`] |
@@ -37,7 +37,7 @@
 //! alone: no argument parser, no terminal, no charts.
 //!
 //! Five kinds of thing are never mixed: what the frame *is* ([`workload`]), *when* things happen
-//! ([`accel`]), *how often* ([`action`]), what it *costs* ([`energy`]), and how it *looks*
+//! ([`flow`]), *how often* ([`action`]), what it *costs* ([`energy`]), and how it *looks*
 //! ([`report`]). `ARCHITECTURE.md` has the map, `docs/model.md` every modelling assumption.
 
 #[cfg(feature = "cli")]
@@ -45,7 +45,7 @@
 pub mod cli;
 
 pub use powergs_base::{budget, config, picture, quantity};
-pub use powergs_core::{accel, run, sim, stage, workload};
+pub use powergs_core::{flow, kernel, machine, run, sim, stage, workload};
 pub use powergs_energy::action;
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use powergs_sim::accel::Machine;
+use powergs_sim::machine::Machine;
 use powergs_sim::stage::EnergyTable;
 use powergs_sim::sweep::file::SweepFile;
 

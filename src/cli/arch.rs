@@ -8,7 +8,7 @@ use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::schema_with_base;
 use powergs_base::config::{ConfigError, Embedded, key_docs, knob, layer, schema_of};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::ConfigText;
 use powergs_core::run::RunError;
 use powergs_core::run::files::{is_yaml, raw, read};

@@ -142,7 +142,7 @@ impl Model {
 
     fn tile(&self) -> u32 {
         match self {
-            Model::Cycle(system) => system.machine().geometry.tile,
+            Model::Cycle(system) => system.machine().tiles().geometry.tile,
             Model::Paper(_) => Geometry::REFERENCE.tile,
         }
     }

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use clap::{CommandFactory, Parser};
-use powergs_sim::accel::Machine;
 use powergs_sim::cli::Cli;
 use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, find};
 use powergs_sim::dram::Device;
+use powergs_sim::machine::Machine;
 use powergs_sim::optimize::settings::{SETTINGS, Setting};
 use powergs_testkit::docs::{self, Block, commands, words};
 

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use powergs_sim::accel::{Rule, Unit, UnitRule, UnitRules};
+use powergs_sim::flow::tile_wise::{Rule, UnitRule, UnitRules};
+use powergs_sim::kernel::Unit;
 use powergs_sim::run::{RunError, Session, Subject, System, TraceFile};
 use powergs_sim::sim::FrameReport;
 use powergs_sim::stage::{Does, hardware, stage_id};
@@ -81,7 +82,11 @@ fn rules_that_equal_the_built_in_ones_give_the_same_reports() {
         assert_eq!(same[0], same[1], "{machine}");
         let changed = own.with(&[powergs_sim::run::Change::machine("vru.cores", 2)]);
         let changed = changed.expect("two cores are fine");
-        assert_eq!(changed.machine().rules.names().len(), 4, "changes of keys keep the rules");
+        assert_eq!(
+            changed.machine().tiles().rules.names().len(),
+            4,
+            "changes of keys keep the rules"
+        );
     }
 }
 

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 use xxhash_rust::xxh3::xxh3_128;
 
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
 use powergs_study::sweep::SweepFile;
@@ -94,18 +94,18 @@ impl Machines {
             file.set.0.push((key.to_owned(), value));
         };
         let machine = self.base.machine();
-        let record = RecordBytes::of(model, &machine.record);
+        let record = RecordBytes::of(model, &machine.tiles().record);
         for (key, value) in record.settings() {
             set(&key, value);
         }
         // A base machine may have one, which is not of this model.
-        if record.codebook.is_none() && machine.codebook.entries > 0 {
+        if record.codebook.is_none() && machine.tiles().codebook.entries > 0 {
             set(ENTRIES, 0.into());
         }
         if let Some((entries, entry)) = record.codebook
             && !self.gives(BANKS)
         {
-            let word = machine.codebook.word.0.max(1);
+            let word = machine.tiles().codebook.word.0.max(1);
             let copy = u64::from(entries) * entry.0.next_multiple_of(word);
             let banks = copy.div_ceil(BANK_MOST).next_power_of_two();
             set(BANKS, i64::try_from(banks).unwrap_or(i64::MAX).into());
@@ -159,7 +159,7 @@ impl Machines {
     /// # Errors
     /// [`CodesignError::Space`].
     pub fn check(&self, models: &[ModelPoint], origin: &str) -> Result<(), CodesignError> {
-        let numbers = self.base.machine().record.numbers;
+        let numbers = self.base.machine().tiles().record.numbers;
         match models.iter().find_map(|model| unreadable(model, numbers)) {
             Some(message) => Err(CodesignError::Space { place: origin.to_owned(), message }),
             None => Ok(()),

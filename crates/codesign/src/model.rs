@@ -7,7 +7,7 @@ use toml::Value;
 
 use powergs_base::number::NumberFormat;
 use powergs_base::quantity::Bytes;
-use powergs_core::accel::machine::RecordSpec;
+use powergs_core::flow::tile_wise::RecordSpec;
 use powergs_optimize::record::RecordFormats;
 use powergs_scene::Gaussians;
 

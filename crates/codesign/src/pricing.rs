@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{RunError, Store};
 use powergs_optimize::campaign::Campaign;

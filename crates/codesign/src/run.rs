@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use powergs_base::format::significant;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{RunError, Store};
 use powergs_optimize::campaign::Campaign;

@@ -11,7 +11,7 @@ pub mod report;
 pub mod statistics;
 mod timed;
 
-use crate::accel::Machine;
+use crate::machine::Machine;
 use crate::workload::FrameWorkload;
 use powergs_energy::Prices;
 

@@ -7,8 +7,9 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use crate::accel::Machine;
-use crate::accel::{bsu, cache, ccu, colour, lists, memory, qsu, vru};
+use crate::flow::tile_wise::{bsu, cache, ccu, colour, lists, qsu, vru};
+use crate::kernel::memory;
+use crate::machine::Machine;
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 use powergs_energy::hardware::{
     BufferFacts, Catalogue, Declared, PartFacts, StageFacts, Unpriced, WorkFacts,
@@ -93,7 +94,8 @@ impl StageDecl {
 
     /// How many units of it a machine has.
     pub fn count(&self, machine: &Machine) -> u32 {
-        self.units.map_or(0, |units| units(machine))
+        let units = self.units.filter(|_| machine.has_stage(self.key));
+        units.map_or(0, |units| units(machine))
     }
 
     /// What its units may wait for, in report order.

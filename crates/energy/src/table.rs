@@ -172,8 +172,8 @@ pub enum PriceError {
     },
     /// A stage of the machine whose work, cycles, leakage or area have no price.
     #[error(
-        "the energy table `{table}` has no price of `{key}`, which the {stage} of the machine need: \
-         add it, or name another table in `energy`"
+        "the energy table `{table}` has no price of `{key}`, which the {stage} of the machine \
+         need: add it, or name another table in `energy`"
     )]
     NoPrice {
         /// Name of the energy table.

@@ -302,7 +302,7 @@ impl CycleOracle {
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<FrameReport, SimError> {
-        let geometry = self.system.machine().geometry;
+        let geometry = self.system.machine().tiles().geometry;
         let workload = shot.workload(camera, background, geometry, self.memory)?;
         self.system.simulate(Label::default(), &workload)
     }

@@ -288,10 +288,11 @@ impl Foveation {
         screen.check().map_err(Invalid::from)?;
         Foveation::check_filter(filter_flops)?;
         let machine = clock.system.machine();
-        if machine.fovea.accumulators == 0 {
+        if machine.tiles().fovea.accumulators == 0 {
             return Err(Invalid::NoFovea(machine.name.clone()).into());
         }
-        let lanes = f64::from(machine.vru.cores) * f64::from(machine.vru.units_per_core);
+        let lanes =
+            f64::from(machine.tiles().vru.cores) * f64::from(machine.tiles().vru.units_per_core);
         let filter = FilterCost {
             flops: filter_flops,
             flop_pj: PaperModel::new(Padding::TrueTiles)?.prices.flop_pj,

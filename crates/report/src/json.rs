@@ -4,9 +4,9 @@ use serde_json::{Map, Value as Json, json};
 
 use super::record_of;
 use powergs_base::TOOL_VERSION;
-use powergs_core::accel::Stall;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{self, Aggregate, Kind, Statistic, Value, catalogue};
+use powergs_core::stage::Stall;
 use powergs_core::stage::stage;
 use powergs_energy::action::Phase;
 use powergs_study::findings::{Bottleneck, Record, bottleneck, limits};

@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 
-use powergs_core::accel::timeline::{Level, Observer, Span, State};
+use powergs_core::kernel::timeline::{Level, Observer, Span, State};
 use powergs_core::stage::{hardware, stage, stages};
 use powergs_energy::action::{BufferId, Phase, StageId};
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use powergs_core::accel::timeline::{Observer, Span, State};
+use powergs_core::kernel::timeline::{Observer, Span, State};
 use powergs_core::stage::{Stall, stage};
 use powergs_energy::action::{Phase, StageId};
 

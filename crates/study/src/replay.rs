@@ -4,7 +4,7 @@
 mod doubling;
 mod prices;
 
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};

@@ -5,7 +5,7 @@ mod file;
 pub use file::record;
 
 use powergs_base::format::{counted, rate};
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::statistics::Record;
 use powergs_core::sim::{FrameReport, Model};

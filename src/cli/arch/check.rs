@@ -11,7 +11,7 @@ use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::error::Place;
 use powergs_base::config::{ConfigError, Problem};
 use powergs_base::quantity::Hertz;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::ConfigText;
 use powergs_core::run::files::{DiskFiles, is_yaml, read};
 use powergs_core::run::system::energy_table;

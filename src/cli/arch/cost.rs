@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use powergs_base::quantity::Hertz;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost::{peak_w, untimed};
 use powergs_core::stage::{EnergyTable, hardware};
 use powergs_energy::table::NodeStep;

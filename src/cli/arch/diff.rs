@@ -9,7 +9,7 @@ use super::{Kind, open};
 use crate::cli::failure::ConfigUsage;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::config::knob::shown;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::RunError;
 use powergs_report::document::{Column, Document, Table as Rows};
 

@@ -15,7 +15,7 @@ use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::{choices, leaves};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, schema_of};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_study::sweep::table::columns;

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::meter::Meter;
 use crate::cli::pareto::{Unanswered, failure};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_report::sweep::confirmed_csv;
 use powergs_study::analysis::table::Collector;
 use powergs_study::analysis::{Analysis, Confirmation, Question, SweepFacts, Table};

@@ -1,9 +1,9 @@
 //! `arch` and `explain` as the user sees them.
 
 use assert_cmd::Command;
-use powergs_sim::accel::Machine;
 use powergs_sim::config::embedded::MACHINES;
 use powergs_sim::config::{key_docs, knob};
+use powergs_sim::machine::Machine;
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{System, SystemSpec};
 use predicates::prelude::*;
@@ -59,7 +59,7 @@ fn check_reports_everything_with_exit_code_2() {
     let output = json.get_output().stdout.clone();
     let report: serde_json::Value = serde_json::from_slice(&output).expect("JSON");
     assert_eq!(report[0]["problems"][0]["key"], "clock");
-    assert_eq!(report[0]["problems"][0]["line"], 10);
+    assert_eq!(report[0]["problems"][0]["line"], 11);
     std::fs::write(&path, [0xff, 0xfe, 0x00]).expect("a file");
     program(&["arch", "check", file]).assert().code(2).stderr(contains("not UTF-8"));
 }
@@ -115,7 +115,7 @@ fn a_machine_is_loaded_with_its_table_and_its_sources() {
     let sets = vec!["vru.cores=2".to_owned()];
     let spec = SystemSpec { sets, ..SystemSpec::named(file) };
     let loaded = System::load(&spec, &DiskFiles).expect("a table beside the machine");
-    assert_eq!(loaded.machine().vru.cores, 2);
+    assert_eq!(loaded.machine().tiles().vru.cores, 2);
     assert!(loaded.machine_toml().contains("cores = 2"));
     assert_eq!(loaded.energy_table().name, "gscore-28nm");
     for source in ["neo", "cacti", "A4", "A10"] {

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use expect_test::expect_file;
-use powergs_sim::accel::Machine;
 use powergs_sim::cli::arch::Kind;
 use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SYNTH};
 use powergs_sim::config::references::{cited, is_assumption, is_source, references};
 use powergs_sim::config::{Embedded, KeyDoc, key_docs};
 use powergs_sim::display::Display;
 use powergs_sim::dram::Device;
+use powergs_sim::machine::Machine;
 use powergs_sim::scene::synth::Preset;
 use powergs_sim::stage::EnergyTable;
 

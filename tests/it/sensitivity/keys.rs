@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 
-use powergs_sim::accel::Machine;
-use powergs_sim::accel::machine::Optional;
 use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
 use powergs_sim::config::inert::inert;
+use powergs_sim::machine::Machine;
+use powergs_sim::machine::Optional;
 use powergs_sim::sim::{self, FrameReport, Label, simulate};
 use powergs_sim::stage::EnergyTable;
 use powergs_sim::trace::Reader;
@@ -30,7 +30,7 @@ fn simulated(set: &str) -> FrameReport {
     let machine = Machine::parse_with(text, &sets).expect("a machine");
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("a table")).expect("it");
     let prices = sim::cost::prices(&table, &machine).expect("prices");
-    let workload = bin(&frame, machine.geometry);
+    let workload = bin(&frame, machine.tiles().geometry);
     simulate(Label::default(), &workload, &machine, &prices).expect("accounts close")
 }
 

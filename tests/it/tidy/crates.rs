@@ -94,9 +94,13 @@ const MODULES: [(&str, &[Row]); 4] = [
         "core",
         &[
             ("workload", &[]),
-            // When and how often, never at what cost. Stages declare themselves.
-            ("accel", &["workload", "stage"]),
-            ("sim", &["workload", "accel", "stage"]),
+            // What machines are made of and how frames go through them: when and how often, never
+            // at what cost. Stages declare themselves.
+            ("kernel", &["machine", "stage"]),
+            ("machine", &["flow", "stage"]),
+            ("flow", &["workload", "kernel", "machine", "stage"]),
+            ("stage", &["flow", "kernel", "machine"]),
+            ("sim", &["workload", "flow", "kernel", "machine", "stage"]),
         ],
     ),
     ("study", &[("sweep", &[]), ("analysis", &["sweep", "speedup"]), ("validate", &[])]),

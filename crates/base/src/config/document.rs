@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -56,15 +57,37 @@ impl<T> Config<T> {
     }
 }
 
+/// What is read from a table of TOML, as its schema says.
+pub trait Document: Sized {
+    /// The schema of such a table; it may depend on what the table says.
+    ///
+    /// # Errors
+    /// The key of the table by which it cannot be told, and why.
+    fn schema(table: &DeTable<'_>) -> Result<Value, (&'static str, String)>;
+
+    /// The value of a table that has been held against the schema.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it.
+    fn read(table: Spanned<DeTable<'_>>) -> Result<Self, toml::de::Error>;
+}
+
+impl<T: DeserializeOwned + JsonSchema> Document for T {
+    fn schema(_: &DeTable<'_>) -> Result<Value, (&'static str, String)> {
+        Ok(schema_of::<T>())
+    }
+
+    fn read(table: Spanned<DeTable<'_>>) -> Result<T, toml::de::Error> {
+        T::deserialize(toml::Deserializer::from(table))
+    }
+}
+
 /// Reads a `T` from TOML `text` with `sets` (`dotted.key=value`) on top.
 ///
 /// # Errors
 /// Everything that is wrong, each with its place: syntax (the first error only), unknown keys with
 /// the nearest known one, missing keys, wrong types, values out of range, unknown units.
-pub fn parse<T: DeserializeOwned + JsonSchema>(
-    text: &str,
-    sets: &[String],
-) -> Result<Config<T>, ConfigError> {
+pub fn parse<T: Document>(text: &str, sets: &[String]) -> Result<Config<T>, ConfigError> {
     let (config, unknown) = parse_around(text, sets)?;
     if unknown.is_empty() { Ok(config) } else { Err(ConfigError::new(unknown)) }
 }
@@ -74,7 +97,7 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
 ///
 /// # Errors
 /// As [`parse`], but for unknown keys alone.
-pub fn parse_around<T: DeserializeOwned + JsonSchema>(
+pub fn parse_around<T: Document>(
     text: &str,
     sets: &[String],
 ) -> Result<(Config<T>, Vec<Problem>), ConfigError> {
@@ -90,13 +113,16 @@ pub fn parse_around<T: DeserializeOwned + JsonSchema>(
         let span = source.set_span(index);
         overlay(&mut table, set, span.clone()).map_err(|m| source.fail(span, "", m))?;
     }
-    let schema = schema_of::<T>();
+    let schema = T::schema(&table).map_err(|(key, message)| {
+        let span = table.get_key_value(key).map_or(0..0, |(key, _)| key.span());
+        source.fail(span, key, message)
+    })?;
     let mut walk = Walk::new(&source, &schema);
     walk.table(&mut table, 0..0, &schema, "");
     let (is_whole, mut problems, places) = (walk.is_whole, walk.problems, walk.places);
     for _ in 0..PROBLEMS_MAX {
         let whole = Spanned::new(root_span.clone(), table.clone());
-        let error = match T::deserialize(toml::Deserializer::from(whole)) {
+        let error = match T::read(whole) {
             Ok(value) => {
                 let found = ConfigError::new(problems);
                 return match is_whole {

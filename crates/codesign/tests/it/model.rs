@@ -34,7 +34,7 @@ fn fp16() -> FormatSpec {
 #[test]
 fn records_in_fp16_are_those_of_the_machine_at_every_degree() {
     let machine = System::named("gscore").unwrap();
-    let record = &machine.machine().record;
+    let record = &machine.machine().tiles().record;
     for (degree, coefficients) in [(0, 1), (1, 4), (2, 9), (3, 16)] {
         let bytes = RecordBytes::of(&point(degree, fp16()), record);
         assert_eq!(bytes.position, Some(record.position));
@@ -56,7 +56,7 @@ fn bits_become_whole_bytes_and_fields_without_a_format_stay_as_wide_as_the_machi
         colour_rest: format("e4m3"),
         ..FormatSpec::exact()
     };
-    let bytes = RecordBytes::of(&point(2, spec), &machine.machine().record);
+    let bytes = RecordBytes::of(&point(2, spec), &machine.machine().tiles().record);
     assert_eq!(bytes.position, None);
     // 3 x 12 + 4 x 10 + 16 bits; 3 x 10 + 24 x 8 bits.
     assert_eq!(bytes.geometry, Some(Bytes(12)));
@@ -64,7 +64,7 @@ fn bits_become_whole_bytes_and_fields_without_a_format_stay_as_wide_as_the_machi
     let keys: Vec<String> = bytes.settings().into_iter().map(|(k, v)| format!("{k}={v}")).collect();
     let changes: Vec<_> = keys.iter().map(|k| k.parse().unwrap()).collect();
     let changed = machine.with(&changes).expect("a machine that fits together");
-    assert_eq!(changed.machine().record.geometry, Bytes(12));
+    assert_eq!(changed.machine().tiles().record.geometry, Bytes(12));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn a_codebook_is_a_number_in_the_record_and_entries_on_the_chip() {
     let of = |entries: u32, spec: FormatSpec, degree: u8| {
         let mut point = point(degree, spec);
         point.formats.codebook = NonZeroU32::new(entries);
-        RecordBytes::of(&point, &machine.machine().record)
+        RecordBytes::of(&point, &machine.machine().tiles().record)
     };
     // 3 x 16 bits and 12; 45 x 16 bits.
     let whole = of(4096, FormatSpec::exact(), 3);
@@ -140,7 +140,7 @@ fn a_codebook_is_a_number_in_the_record_and_entries_on_the_chip() {
     let keys: Vec<String> = short.settings().iter().map(|(k, v)| format!("{k}={v}")).collect();
     let changes: Vec<_> = keys.iter().map(|k| k.replace('"', "").parse().unwrap()).collect();
     let changed = machine.with(&changes).expect("a machine that fits together");
-    let codebook = changed.machine().codebook;
+    let codebook = changed.machine().tiles().codebook;
     assert_eq!((codebook.entries, codebook.entry), (257, Bytes(24)));
-    assert_eq!(changed.machine().record.colour, Bytes(5));
+    assert_eq!(changed.machine().tiles().record.colour, Bytes(5));
 }

@@ -90,7 +90,7 @@ fn axes_of_the_machine_are_told_with_the_lines_of_the_space() {
     let file = SpaceFile::parse(SPACE).expect("its form is right");
     let machines = Machines::open(&file.machine, SPACE, "space.toml").expect("a machine");
     let model = powergs_codesign::model::ModelPoint::dense(3);
-    let sweep = machines.sweep(&model, powergs_core::accel::machine::DramModel::Calibrated);
+    let sweep = machines.sweep(&model, powergs_core::machine::DramModel::Calibrated);
     let files = std::sync::Arc::new(powergs_core::run::files::DiskFiles);
     let error = powergs_study::sweep::Space::new(&sweep, files).err().expect("an unknown key");
     let message = error.to_string();
@@ -107,7 +107,7 @@ fn a_machine_without_a_base_is_gscore_with_three_tables() {
         let machines = Machines::open(&file.machine, text, "space.toml").expect("a machine");
         assert_eq!(machines.base.machine().name, "gscore");
         let model = powergs_codesign::model::ModelPoint::dense(3);
-        let sweep = machines.sweep(&model, powergs_core::accel::machine::DramModel::Calibrated);
+        let sweep = machines.sweep(&model, powergs_core::machine::DramModel::Calibrated);
         let labels: Vec<&str> = sweep.energy.iter().map(|e| e.label.as_str()).collect();
         assert_eq!(labels, ["gscore-28nm", "gscore-rtl-7nm", "gscore-28nm-flat"]);
     }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::accel::Machine;
-use crate::accel::machine::{BinningMethod, DramModel, DramSpec};
+use crate::machine::Machine;
+use crate::machine::{DramModel, DramSpec};
 
 /// Hash of a configuration without its name and description.
 ///
@@ -23,7 +23,7 @@ pub fn content_id<T: Serialize>(value: &T) -> Result<u128, serde_json::Error> {
 /// Machines that agree in it have the same cycles and action counts on the same frame.
 ///
 /// Names, prices and gating are left out, and so are keys that cannot move anything: those of the
-/// DRAM models that are not used, and those of a cache that is not there (`inert.toml`).
+/// DRAM models that are not used, and those that the dataflow leaves out.
 pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
     let Machine {
         name: _,
@@ -31,37 +31,17 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         energy: _,
         gating: _,
         device: _,
-        clock,
-        geometry,
-        record,
-        codebook,
-        ccu,
-        gsu,
-        vru,
-        fovea,
-        buffers,
-        binning,
-        cache,
-        schedule,
+        clock: _,
+        tables,
         dram,
-        rules,
     } = machine;
-    let mut bytes = Vec::with_capacity(4096);
+    let mut bytes = machine.flow().timing(machine);
+    let flow = tables.flow().key();
+    bytes.extend(format!("{flow}\n").into_bytes());
     let mut add = |part: Result<Vec<u8>, serde_json::Error>| {
         bytes.extend(part.expect("a machine has only tables, numbers and strings"));
         bytes.push(b'\n');
     };
-    add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
-    add(serde_json::to_vec(fovea));
-    if binning.method != BinningMethod::Free {
-        add(serde_json::to_vec(binning));
-    }
-    if codebook.entries > 0 {
-        add(serde_json::to_vec(codebook));
-    }
-    if cache.capacity.0 > 0 {
-        add(serde_json::to_vec(cache));
-    }
     let DramSpec {
         model,
         bandwidth: _,
@@ -84,9 +64,6 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
             add(serde_json::to_vec(&(model, channels, mapping, controller_latency)));
             bytes.extend(device.unwrap_or_default().to_le_bytes());
         }
-    }
-    for (unit, rule) in rules.names() {
-        bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
     }
     xxh3_128(&bytes)
 }

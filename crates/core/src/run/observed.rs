@@ -3,8 +3,9 @@
 
 use std::io::{self, Write};
 
-use crate::accel::timeline::{Observer, Span};
-use crate::accel::{FrameReplay, Machine};
+use crate::flow::tile_wise::FrameReplay;
+use crate::kernel::timeline::{Observer, Span};
+use crate::machine::Machine;
 use crate::sim::{Measured, observed};
 use crate::workload::FrameWorkload;
 use powergs_dram::address_trace::write_request;

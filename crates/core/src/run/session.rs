@@ -21,8 +21,9 @@ use super::observed::FrameOn;
 use super::paper::PaperModel;
 use super::system::System;
 use super::watch::Watch;
-use crate::accel::machine::{CacheSpec, DepthKey, PivotRule, TileOrder};
-use crate::accel::{Machine, Memo};
+use crate::flow::tile_wise::Memo;
+use crate::flow::tile_wise::{CacheSpec, DepthKey, PivotRule, TileOrder};
+use crate::machine::Machine;
 use crate::sim::{
     FrameReport, Incompatible, Label, Lists, Measured, Periods, Timed, check, paper, priced,
     time_again,
@@ -80,7 +81,7 @@ impl<'a> Subject<'a> {
     }
 
     fn geometry(&self) -> Geometry {
-        self.machine().map_or(Geometry::REFERENCE, |machine| machine.geometry)
+        self.machine().map_or(Geometry::REFERENCE, |machine| machine.tiles().geometry)
     }
 
     fn wants(&self, position: usize) -> bool {
@@ -232,13 +233,13 @@ struct MeasureKey {
 impl MeasureKey {
     fn of(subject: &Subject) -> Option<MeasureKey> {
         let machine = subject.machine()?;
-        let has_cache = machine.cache.ways > 0;
-        let gsu = &machine.gsu;
+        let has_cache = machine.tiles().cache.ways > 0;
+        let gsu = &machine.tiles().gsu;
         Some(MeasureKey {
-            geometry: machine.geometry,
+            geometry: machine.tiles().geometry,
             cache: has_cache.then(|| {
-                let pitch = machine.record.feature_pitch.0;
-                (machine.cache.clone(), pitch, machine.schedule.order)
+                let pitch = machine.tiles().record.feature_pitch.0;
+                (machine.tiles().cache.clone(), pitch, machine.tiles().schedule.order)
             }),
             reuse_period: gsu.reuse_period,
             sorter: subject.checks_order.then_some((gsu.depth, gsu.pivots, gsu.pivot_rule)),
@@ -259,7 +260,7 @@ impl Measurer<'_> {
     fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Measured> {
         let machine = self.machine;
         let (lists, checks_order) = (&mut self.lists, self.checks_order);
-        let views = frames.iter().map(|f| (f.eye, &f.bins[&machine.geometry].workload));
+        let views = frames.iter().map(|f| (f.eye, &f.bins[&machine.tiles().geometry].workload));
         if self.key.reuse_period > 1 {
             let next = |(eye, w)| Measured::of(w, eye, machine, lists, checks_order);
             return views.map(next).collect();
@@ -414,7 +415,7 @@ impl<'a> Session<'a> {
         position: usize,
     ) -> Result<FrameOn<'s>, RunError> {
         let machine = system.machine();
-        let first = match machine.gsu.reuse_period {
+        let first = match machine.tiles().gsu.reuse_period {
             0 | 1 => position,
             _ => self.frames.range().start,
         };
@@ -422,9 +423,9 @@ impl<'a> Session<'a> {
         let mut last = None;
         for k in first..=position {
             let frame = self.frames.take(k)?.get()?;
-            let geometry = [machine.geometry];
+            let geometry = [machine.tiles().geometry];
             bin_demand(self.frames.name(), &frame, &geometry, self.frames.budget())?;
-            let workload = bin(&frame, machine.geometry);
+            let workload = bin(&frame, machine.tiles().geometry);
             let name = &frame.facts.camera.name;
             check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
             lists_fit(&workload, machine, &Memo::default(), self.frames.budget())
@@ -555,7 +556,7 @@ pub fn time(
     frame: &BinnedFrame,
     measured: &Measured,
 ) -> Result<Timed, RunError> {
-    let binned = &frame.bins[&machine.geometry];
+    let binned = &frame.bins[&machine.tiles().geometry];
     lists_fit(&binned.workload, machine, &binned.memo, binned.budget)
         .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
     let run = || time_again(frame.position, &binned.workload, measured, machine, &binned.memo);
@@ -577,7 +578,7 @@ fn lists_fit(
     memo: &Memo,
     budget: Budget,
 ) -> Result<(), Incompatible> {
-    let Some(shape) = machine.list_shape().filter(|shape| !memo.has_lists(shape)) else {
+    let Some(shape) = machine.tiles().list_shape().filter(|shape| !memo.has_lists(shape)) else {
         return Ok(());
     };
     match binning::demand(workload, &shape, budget) {

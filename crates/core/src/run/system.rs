@@ -16,8 +16,9 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
-use crate::accel::machine::{DramModel, NO_DEVICE};
-use crate::accel::{Machine, UnitRules};
+use crate::flow::tile_wise::UnitRules;
+use crate::machine::Machine;
+use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
 use crate::stage::EnergyTable;
 use crate::workload::FrameWorkload;
@@ -218,7 +219,7 @@ impl System {
 
     /// The system with other timing rules of its units. Later changes of keys keep them.
     pub fn with_rules(mut self, rules: UnitRules) -> System {
-        self.machine.rules = rules;
+        self.machine.tiles_mut().rules = rules;
         self
     }
 
@@ -251,8 +252,9 @@ impl System {
         let wrong = |e| invalid(one_line(&e));
         match kind {
             FileKind::Machine => {
-                let rules = std::mem::take(&mut self.machine.rules);
-                self.machine = Machine { rules, ..Machine::parse(&text).map_err(wrong)? };
+                let machine = Machine::parse(&text).map_err(wrong)?;
+                let old = std::mem::replace(&mut self.machine, machine);
+                self.machine.keep_rules_of(&old);
                 return Ok(());
             }
             FileKind::Energy => {
@@ -410,7 +412,7 @@ impl System {
             hash.update(kind.role().as_bytes());
             hash.update(self.table(kind).unwrap_or_default().to_string().as_bytes());
         }
-        for (unit, rule) in self.machine.rules.names() {
+        for (unit, rule) in self.machine.rules().into_iter().flat_map(UnitRules::names) {
             hash.update(format!("{unit} rule {rule:?}").as_bytes());
         }
         hash.digest128()

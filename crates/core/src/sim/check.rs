@@ -1,8 +1,10 @@
 //! Accounts that must close in every run. One that does not is a defect, never a warning.
 
 use super::FrameReport;
-use crate::accel::machine::FeatureSource;
-use crate::accel::{FrameReplay, FrameTiming, Machine, RuleError};
+use crate::flow::tile_wise::FeatureSource;
+use crate::flow::tile_wise::{FrameReplay, RuleError};
+use crate::kernel::FrameTiming;
+use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry, binning};
@@ -181,17 +183,17 @@ pub enum SimError {
 /// # Errors
 /// [`Incompatible`].
 pub(crate) fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompatible> {
-    if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
+    if workload.fovea.is_some() && machine.tiles().fovea.accumulators == 0 {
         return Err(Incompatible::Foveated { machine: machine.name.clone() });
     }
-    let (splats, bits) = (workload.counters.intersecting_points, machine.record.id_bits);
-    if machine.record.id_check && bits < 64 && splats > 1 << bits {
+    let (splats, bits) = (workload.counters.intersecting_points, machine.tiles().record.id_bits);
+    if machine.tiles().record.id_check && bits < 64 && splats > 1 << bits {
         return Err(Incompatible::Ids { machine: machine.name.clone(), splats, bits });
     }
-    if workload.geometry == machine.geometry {
+    if workload.geometry == machine.tiles().geometry {
         return Ok(());
     }
-    Err(Incompatible::Geometry { workload: workload.geometry, machine: machine.geometry })
+    Err(Incompatible::Geometry { workload: workload.geometry, machine: machine.tiles().geometry })
 }
 
 /// Unit rules from outside of the crate kept to their contract.
@@ -242,7 +244,7 @@ pub(crate) fn written(
     replay: &FrameReplay,
     is_reused: bool,
 ) -> Result<(), InvariantViolated> {
-    let (record, c) = (&machine.record, &workload.counters);
+    let (record, c) = (&machine.tiles().record, &workload.counters);
     let law = |region, read: u64, written: u64| {
         if read <= written {
             return Ok(());
@@ -251,12 +253,12 @@ pub(crate) fn written(
     };
     if !is_reused {
         let sorting = replay.served.stages[1];
-        let lists = match machine.list_shape() {
+        let lists = match machine.tiles().list_shape() {
             Some(shape) => {
                 let entries = binning::entries(workload).into_iter().map(u64::from);
                 entries.map(|n| shape.list_bytes(n)).sum()
             }
-            None => c.tile_pairs * machine.list_entry(),
+            None => c.tile_pairs * machine.tiles().list_entry(),
         };
         law("the lists", sorting.read.saturating_sub(sorting.write), lists)?;
     }

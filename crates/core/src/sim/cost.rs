@@ -1,7 +1,7 @@
 //! Costs of a machine that do not depend on a frame: prices, and the peak power of each block.
 
-use crate::accel::Machine;
-use crate::accel::machine::DramModel;
+use crate::machine::DramModel;
+use crate::machine::Machine;
 use crate::stage::{self, EnergyTable};
 use powergs_dram::{CommandPrices, Device};
 use powergs_energy::hardware::{Does, Unpriced};
@@ -21,7 +21,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
         inventory: &inventory,
         idle_leakage,
         gated: machine.gating.units,
-        numbers: machine.record.numbers,
+        numbers: machine.tiles().record.numbers,
         device: device.map(device_costs),
         channels,
         clock: machine.clock,

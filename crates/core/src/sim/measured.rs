@@ -2,8 +2,9 @@
 //! hits of the feature cache, and how much order the lists keep of the frame before.
 
 use super::{CacheSummary, ListOrder, OrderSummary};
-use crate::accel::timeline::Observer;
-use crate::accel::{FrameContext, FrameReplay, Machine, replay_with};
+use crate::flow::tile_wise::{FrameContext, FrameReplay, replay_with};
+use crate::kernel::timeline::Observer;
+use crate::machine::Machine;
 use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
@@ -24,10 +25,10 @@ pub struct Measured {
 impl Measured {
     /// The measurements that timing needs, without the order check.
     pub fn needed(workload: &FrameWorkload, machine: &Machine) -> Measured {
-        let spec = &machine.cache;
-        let shape = CacheShape::new(spec.capacity, machine.record.feature_pitch, spec.ways);
+        let spec = &machine.tiles().cache;
+        let shape = CacheShape::new(spec.capacity, machine.tiles().record.feature_pitch, spec.ways);
         let cache = (shape.ways > 0).then(|| {
-            let order = tiles(workload.tiles_x, workload.tiles_y, machine.schedule.order);
+            let order = tiles(workload.tiles_x, workload.tiles_y, machine.tiles().schedule.order);
             replay(workload, shape, spec.victims(), &order)
         });
         Measured { cache, ..Measured::default() }
@@ -95,7 +96,7 @@ pub fn observed(
 
 /// Sorts the real keys of the frame as the machine does.
 fn order(workload: &FrameWorkload, machine: &Machine) -> OrderSummary {
-    let gsu = &machine.gsu;
+    let gsu = &machine.tiles().gsu;
     let found =
         check(workload, Sorter { key: gsu.depth, pivots: gsu.pivots, rule: gsu.pivot_rule });
     OrderSummary {
@@ -121,7 +122,7 @@ impl Lists {
         eye: Option<Eye>,
         machine: &Machine,
     ) -> Option<Reuse> {
-        let period = machine.gsu.reuse_period;
+        let period = machine.tiles().gsu.reuse_period;
         if period <= 1 {
             return None;
         }

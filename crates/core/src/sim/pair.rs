@@ -7,7 +7,7 @@ use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,
     OrderSummary, PaperReport, RegionReport, StageBytes,
 };
-use crate::accel::{BufferUse, DramUse, FrameTiming};
+use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::workload::reuse::ReuseSummary;
 use powergs_energy::Standby;
 use powergs_frame::scene::Eye;

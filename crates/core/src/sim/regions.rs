@@ -1,6 +1,6 @@
 //! Costs of the regions of a foveated frame.
 
-use crate::accel::regions::RegionWork;
+use crate::flow::tile_wise::regions::RegionWork;
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware};
 use powergs_energy::Prices;
 use powergs_energy::action::{ActionId, Phase};

@@ -1,7 +1,7 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::accel::FrameTiming;
+use crate::kernel::FrameTiming;
 use crate::workload::FrameWorkload;
 use powergs_energy::action::ActionCounts;
 use powergs_energy::{Area, EnergyBreakdown, Standby};

@@ -4,9 +4,12 @@ use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, InvariantViolated, Label,
     ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
 };
-use crate::accel::regions::RegionWork;
-use crate::accel::vru::{ALPHA, STOPPED_PIXEL};
-use crate::accel::{self, FrameReplay, FrameTiming, Machine, Memo, UnitCycles};
+use crate::flow::tile_wise;
+use crate::flow::tile_wise::regions::RegionWork;
+use crate::flow::tile_wise::vru::{ALPHA, STOPPED_PIXEL};
+use crate::flow::tile_wise::{FrameReplay, Memo};
+use crate::kernel::{FrameTiming, UnitCycles};
+use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
@@ -52,7 +55,7 @@ pub fn time(
     machine: &Machine,
 ) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
-    let replay = accel::replay_with(workload, machine, measured.context(), &mut ());
+    let replay = tile_wise::replay_with(workload, machine, measured.context(), &mut ());
     timed(frame, workload, measured, machine, replay)
 }
 
@@ -68,7 +71,7 @@ pub fn time_again(
     memo: &Memo,
 ) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
-    let replay = accel::replay_again(workload, machine, measured.context(), memo);
+    let replay = tile_wise::replay_again(workload, machine, measured.context(), memo);
     timed(frame, workload, measured, machine, replay)
 }
 

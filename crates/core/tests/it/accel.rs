@@ -1,19 +1,22 @@
 //! Is each rule of a unit tight? `check(work, cycles)`: one cycle less would be wrong.
 
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
-use powergs_core::accel::bank::Banks;
-use powergs_core::accel::batch::{Batch, Batches};
-use powergs_core::accel::bsu::Sort;
-use powergs_core::accel::buffer::{BufferAllocator, usage};
-use powergs_core::accel::divide::Divisor;
-use powergs_core::accel::dram::{Channel, Dram, TICKS};
-use powergs_core::accel::machine::{
-    AccessOrder, BufferSpec, CodebookSpec, DramModel, DramSpec, Fetch, Ports, SecondMasterSpec,
+use powergs_core::flow::tile_wise::batch::{Batch, Batches};
+use powergs_core::flow::tile_wise::bsu::Sort;
+use powergs_core::flow::tile_wise::qsu::Keys;
+use powergs_core::flow::tile_wise::vru::Render;
+use powergs_core::flow::tile_wise::{CodebookSpec, Fetch};
+use powergs_core::flow::tile_wise::{ResolvedUnits, replay};
+use powergs_core::kernel::Unit;
+use powergs_core::kernel::bank::Banks;
+use powergs_core::kernel::buffer::{BufferAllocator, usage};
+use powergs_core::kernel::divide::Divisor;
+use powergs_core::kernel::dram::{Channel, Dram, TICKS};
+use powergs_core::kernel::stream::Stream;
+use powergs_core::machine::Machine;
+use powergs_core::machine::{
+    AccessOrder, BufferSpec, DramModel, DramSpec, Ports, SecondMasterSpec,
 };
-use powergs_core::accel::qsu::Keys;
-use powergs_core::accel::stream::Stream;
-use powergs_core::accel::vru::Render;
-use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
 use powergs_core::stage::{DRAM_READ, DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, TileWork};
 use powergs_dram::device::Order;
@@ -60,7 +63,8 @@ fn ccu_holds_the_entry_for_records_and_for_tests() {
     };
     let check = |rate: u32, per_cycle: u32, work, cycles| {
         let design = design(|m| {
-            (m.ccu.operations_per_cycle, m.ccu.intersection_units) = (rate, per_cycle);
+            (m.tiles_mut().ccu.operations_per_cycle, m.tiles_mut().ccu.intersection_units) =
+                (rate, per_cycle);
         });
         assert_eq!(design.ccu.cycles(&work), cycles, "{rate} {per_cycle} {work:?}");
     };
@@ -83,7 +87,9 @@ fn ccu_holds_the_entry_for_records_and_for_tests() {
 fn ccu_takes_as_long_as_its_operations() {
     let batch = Batch { records: 100, survivors: 60, splats: 25, ..Batch::default() };
     let cycles = |fetch, rate| {
-        let design = design(|m| (m.ccu.fetch, m.ccu.operations_per_cycle) = (fetch, rate));
+        let design = design(|m| {
+            (m.tiles_mut().ccu.fetch, m.tiles_mut().ccu.operations_per_cycle) = (fetch, rate)
+        });
         design.ccu.cycles(&batch)
     };
     let geometry = 100 * 47 + 60 * 208;
@@ -99,8 +105,9 @@ fn ccu_takes_as_long_as_its_codebook() {
     let batch = Batch { records: 100, survivors: 60, splats: 25, ..Batch::default() };
     let cycles = |fetch, banks| {
         let design = design(|m| {
-            (m.ccu.fetch, m.ccu.operations_per_cycle) = (fetch, 100_000);
-            m.codebook = CodebookSpec { entries: 16, entry: Bytes(90), word: Bytes(4), banks };
+            (m.tiles_mut().ccu.fetch, m.tiles_mut().ccu.operations_per_cycle) = (fetch, 100_000);
+            m.tiles_mut().codebook =
+                CodebookSpec { entries: 16, entry: Bytes(90), word: Bytes(4), banks };
         });
         design.ccu.cycles(&batch)
     };
@@ -127,7 +134,8 @@ fn divisors_divide() {
 fn ccu_reads_what_the_policy_says() {
     let batch = Batch { records: 10, survivors: 4, splats: 3, pairs: 7, ..Batch::default() };
     let check = |fetch, reads: [u64; 3], most, colours| {
-        let ccu = design(|m| (m.ccu.fetch, m.ccu.batch) = (fetch, 1000)).ccu;
+        let ccu =
+            design(|m| (m.tiles_mut().ccu.fetch, m.tiles_mut().ccu.batch) = (fetch, 1000)).ccu;
         assert_eq!([0, 1, 2].map(|read| ccu.read(&batch, read)), reads);
         assert_eq!(ccu.batch, most);
         assert_eq!(charged(&ccu, &batch).total(work_id("sh-colour")), colours);
@@ -143,7 +151,7 @@ fn ccu_reads_what_the_policy_says() {
 #[test]
 fn a_batch_needs_less_the_more_of_it_is_known() {
     let batch = Batch { records: 10, survivors: 4, splats: 3, ..Batch::default() };
-    let ccu = design(|m| m.ccu.fetch = Fetch::VisibleColour).ccu;
+    let ccu = design(|m| m.tiles_mut().ccu.fetch = Fetch::VisibleColour).ccu;
     assert_eq!(ccu.may_read(&batch, 0, 1), 10 * 12 + 10 * 103);
     assert_eq!(ccu.may_read(&batch, 1, 1), 4 * 12 + 4 * 103);
     assert_eq!(ccu.may_read(&batch, 1, 2), 4 * 103);
@@ -181,14 +189,15 @@ fn qsu_passes_until_parts_fit_a_chunk() {
     {
         assert_eq!(passes(entries), expected, "{entries} entries");
     }
-    let one_pivot = design(|m| m.gsu.pivots = 1).qsu;
+    let one_pivot = design(|m| m.tiles_mut().gsu.pivots = 1).qsu;
     assert_eq!(one_pivot.passes(257), 1);
     assert_eq!(one_pivot.passes(513), 2);
 }
 
 #[test]
 fn qsu_pass_is_latency_and_keys() {
-    let qsu = design(|m| (m.gsu.qsu_per_core, m.gsu.keys_per_cycle) = (2, 3)).qsu;
+    let qsu =
+        design(|m| (m.tiles_mut().gsu.qsu_per_core, m.tiles_mut().gsu.keys_per_cycle) = (2, 3)).qsu;
     assert_eq!(qsu.pass_cycles(&keys(600), 0), 64 + 7 + 100);
     assert_eq!(qsu.pass_cycles(&keys(601), 0), 64 + 7 + 101);
     // Eight parts in the second pass, four for each unit.
@@ -209,7 +218,8 @@ fn lists_that_do_not_fit_the_sorting_buffer_spill_in_every_pass() {
     assert_eq!(qsu.resident(&keys(4100)), 16384);
     let tile = TilePlan { chunks: vec![(256, 300)], unfetched: 4100 - 256, pixels: 256 };
     let machine = gscore();
-    let spilled = replay(&workload(machine.geometry, 0, &[tile]), &machine).served.stages[1];
+    let spilled =
+        replay(&workload(machine.tiles().geometry, 0, &[tile]), &machine).served.stages[1];
     // Two passes (4100 > 256 * 8), 16 bytes each way in both.
     assert_eq!((spilled.read, spilled.write), (4 * 4100 + 32, 32));
 }
@@ -217,7 +227,7 @@ fn lists_that_do_not_fit_the_sorting_buffer_spill_in_every_pass() {
 #[test]
 fn bsu_sorts_rows_and_merges_levels() {
     let check = |units, entries, cycles, exchanges| {
-        let bsu = design(|m| m.gsu.bsu_per_core = units).bsu;
+        let bsu = design(|m| m.tiles_mut().gsu.bsu_per_core = units).bsu;
         assert_eq!(bsu.cycles(&Sort { keys: entries, filtered: 0 }), cycles, "{entries} entries");
         assert_eq!(bsu.compare_exchanges(bsu.chunk_rows(entries)), exchanges, "{entries} entries");
     };
@@ -227,7 +237,7 @@ fn bsu_sorts_rows_and_merges_levels() {
     check(1, 17, 2 * (4 + 2), 2 * (80 + 48));
     check(1, 256, 5 * (4 + 16), 16 * (80 + 4 * 48));
     check(2, 256, 5 * (4 + 8), 16 * (80 + 4 * 48));
-    let scalar = design(|m| m.gsu.bsu_width = 1).bsu;
+    let scalar = design(|m| m.tiles_mut().gsu.bsu_width = 1).bsu;
     // Width 1 is a plain merge sort: no exchange inside a row, one per merged key.
     assert_eq!(scalar.compare_exchanges(scalar.chunk_rows(4)), 4 * 2);
 }
@@ -244,15 +254,15 @@ fn vru_pairs_entries_and_finish() {
     assert_eq!(vru.cycles(&end), 1 + 1200 + 192 + 16);
     let empty = Render { last: Some(TileWork { chunks: 0, ..tile }), ..Render::default() };
     assert_eq!(vru.cycles(&empty), 1 + 16, "nothing to drain");
-    let unskipped = design(|m| m.vru.subtile_skipping = false).vru;
+    let unskipped = design(|m| m.tiles_mut().vru.subtile_skipping = false).vru;
     assert_eq!(unskipped.cycles(&middle(256, 300)), 4 * 4 * 256);
     for (subtile, units, pixels, cycles) in
         [(8, 16, 4, 4), (8, 8, 4, 8), (8, 5, 4, 16), (4, 16, 4, 4), (4, 16, 1, 1), (16, 16, 4, 16)]
     {
         let vru = design(|m| {
-            m.geometry.subtile = subtile;
-            m.vru.recurrence = 1;
-            (m.vru.units_per_core, m.vru.pixels_per_unit) = (units, pixels);
+            m.tiles_mut().geometry.subtile = subtile;
+            m.tiles_mut().vru.recurrence = 1;
+            (m.tiles_mut().vru.units_per_core, m.tiles_mut().vru.pixels_per_unit) = (units, pixels);
         });
         assert_eq!(vru.vru.pair_cycles(), cycles, "{subtile} {units} {pixels}");
     }
@@ -366,7 +376,7 @@ fn banks_serve_one_access_each() {
 fn traffic_of_a_frame_has_a_closed_form() {
     let mut machine = gscore();
     let tile = |n, unfetched| TilePlan { chunks: vec![(n, 2 * n)], unfetched, pixels: 256 };
-    let mut frame = workload(machine.geometry, 1000, &[tile(256, 44), tile(100, 0)]);
+    let mut frame = workload(machine.tiles().geometry, 1000, &[tile(256, 44), tile(100, 0)]);
     frame.counters.survivors = 700;
     frame.counters.intersecting_points = 300;
     let pairs = 400;
@@ -376,7 +386,7 @@ fn traffic_of_a_frame_has_a_closed_form() {
         (Fetch::VisibleColour, 6000 + 700 * 12 + 300 * 103, 0),
         (Fetch::LazyColour, 6000 + 700 * 12, 178 * 103),
     ] {
-        machine.ccu.fetch = fetch;
+        machine.tiles_mut().ccu.fetch = fetch;
         let replay = replay(&frame, &machine);
         let [pre, sort, render] = replay.served.stages;
         assert_eq!((pre.read, pre.write), (read, 300 * 10 + pairs * 4));
@@ -385,7 +395,7 @@ fn traffic_of_a_frame_has_a_closed_form() {
         assert_eq!(replay.actions.count(Phase::Rendering, DRAM_READ), render.read);
         assert_eq!(replay.actions.total(DRAM_WRITE), replay.served.total().write);
     }
-    machine.record.position = Bytes(0);
+    machine.tiles_mut().record.position = Bytes(0);
     assert_eq!(replay(&frame, &machine).served.stages[0].read, 700 * 12);
 }
 
@@ -393,7 +403,7 @@ fn traffic_of_a_frame_has_a_closed_form() {
 #[should_panic(expected = "machines of its geometry")]
 fn a_workload_of_another_geometry_is_refused() {
     let mut machine = gscore();
-    let frame = workload(machine.geometry, 0, &[]);
-    machine.geometry.tile = 32;
+    let frame = workload(machine.tiles().geometry, 0, &[]);
+    machine.tiles_mut().geometry.tile = 32;
     replay(&frame, &machine);
 }

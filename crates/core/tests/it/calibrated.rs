@@ -118,7 +118,7 @@ fn the_requests_are_those_of_banked() {
         let (real, seen) = (of(banked), of(&calibrated));
         assert_eq!(real.requested_bytes(), seen.requested_bytes());
         assert_eq!(real.requests_served, seen.requests_served);
-        let moved = |dram: &powergs_core::accel::DramUse| {
+        let moved = |dram: &powergs_core::kernel::DramUse| {
             dram.commands.expect("a device has commands").moved_bytes() as f64
         };
         assert!((moved(&seen) / moved(&real) - 1.0).abs() < 0.02);

@@ -57,7 +57,7 @@ fn every_colour_reads_an_entry_and_spares_its_coefficients() {
         // Constant colours have no entries.
         assert_eq!(looked_up(&of_degree(0, machine, &BOOK)), 0, "{machine}");
         let read = |r: &FrameReport| r.actions.total(DRAM_READ);
-        let record = system(machine, &[]).machine().record.colour.0;
+        let record = system(machine, &[]).machine().tiles().record.colour.0;
         assert_eq!(read(&without) - read(&with), (record - 8) * colours, "{machine}");
     }
 }
@@ -84,7 +84,7 @@ fn each_unit_has_a_copy_with_area_and_leakage() {
     };
     assert_eq!(system("gscore", &[]).machine().inventory().memories[8].banks, 0);
     let one = book(&[]);
-    let units = system("gscore", &[]).machine().ccu.units;
+    let units = system("gscore", &[]).machine().tiles().ccu.units;
     // 4096 entries of three words of 32 B.
     assert_eq!((one.bank, one.banks), (Bytes(4096 * 96), units));
     let four = book(&["codebook.banks=4"]);

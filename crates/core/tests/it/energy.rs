@@ -3,8 +3,11 @@
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
-use powergs_core::accel::machine::{BinningMethod, DramModel, FeatureSource, GatingSpec};
-use powergs_core::accel::{FrameTiming, Machine, replay};
+use powergs_core::flow::tile_wise::replay;
+use powergs_core::flow::tile_wise::{BinningMethod, FeatureSource};
+use powergs_core::kernel::FrameTiming;
+use powergs_core::machine::Machine;
+use powergs_core::machine::{DramModel, GatingSpec};
 use powergs_core::sim::statistics;
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
@@ -91,7 +94,7 @@ fn activity(actions: &ActionCounts, seconds: f64) -> Activity<'_> {
 fn small() -> (Machine, FrameWorkload) {
     let machine = gscore();
     let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
-    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    let frame = workload(machine.tiles().geometry, 5000, &[tile(), tile(), tile()]);
     (machine, frame)
 }
 
@@ -167,7 +170,7 @@ fn preset() -> (Machine, FrameWorkload) {
     let sets = ["vru.organisation=subtile-serial", "vru.stop-latency=0"].map(str::to_owned);
     let machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
     let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
-    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    let frame = workload(machine.tiles().geometry, 5000, &[tile(), tile(), tile()]);
     (machine, frame)
 }
 
@@ -208,9 +211,9 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
     machine.dram.model = DramModel::Banked;
     // Loads and lists of such frames are made up.
-    machine.binning.method = BinningMethod::Free;
-    machine.record.feature_source = FeatureSource::Nobody;
-    let frame = Dice::new(7).workload(machine.geometry);
+    machine.tiles_mut().binning.method = BinningMethod::Free;
+    machine.tiles_mut().record.feature_source = FeatureSource::Nobody;
+    let frame = Dice::new(7).workload(machine.tiles().geometry);
     let prices = cost::prices(&table, &machine).unwrap();
     let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
     let commands = report.timing().unwrap().dram.commands.unwrap();
@@ -318,7 +321,7 @@ fn accounts_close_on_random_machines() {
     for seed in 0..300 {
         let mut dice = Dice::new(seed);
         let machine = dice.machine();
-        let frame = dice.workload(machine.geometry);
+        let frame = dice.workload(machine.tiles().geometry);
         if let Err(breach) = simulate(Label::default(), &frame, &machine, &prices()) {
             panic!("seed {seed}: {breach}");
         }
@@ -348,7 +351,7 @@ fn breaches_are_found_and_named() {
     bad.energy.add(Phase::Rendering, Component::Flop, bad.energy.total() * 2e-9);
     assert!(matches!(check::energy(&bad, &prices()), Err(InvariantViolated::Energy { .. })));
     let mut other = machine.clone();
-    other.geometry.chunk = 128;
+    other.tiles_mut().geometry.chunk = 128;
     let refused = simulate(Label::default(), &frame, &other, &prices()).unwrap_err();
     assert!(refused.to_string().contains("bin it again"), "{refused}");
 }

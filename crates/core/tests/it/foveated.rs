@@ -3,7 +3,8 @@
 use std::io::Cursor;
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
-use powergs_core::accel::{Machine, replay};
+use powergs_core::flow::tile_wise::replay;
+use powergs_core::machine::Machine;
 use powergs_core::sim::{Incompatible, Label, SimError, cost, simulate};
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::hardware;
@@ -147,7 +148,7 @@ fn regions_add_up() {
     let (_, frame) = rendered(3, 4000);
     for sets in [&[][..], &["schedule.merge-below=300"], &["geometry.sort-group=64"]] {
         let machine = machine(sets);
-        let w = bin(&frame, machine.geometry);
+        let w = bin(&frame, machine.tiles().geometry);
         let replay = replay(&w, &machine);
         let regions = replay.regions.as_ref().expect("a foveated frame");
         let mut tiles = 0;
@@ -178,7 +179,7 @@ fn accumulators_take_time_or_area() {
         sets.extend(["dram.model=bandwidth", "dram.device=none", "dram.bandwidth=1 TB/s"]);
         let machine = machine(&sets);
         let prices = cost::prices(&table, &machine).expect("prices");
-        let w = bin(&frame, machine.geometry);
+        let w = bin(&frame, machine.tiles().geometry);
         simulate(Label::default(), &w, &machine, &prices)
     };
     let [one, two] =
@@ -208,7 +209,7 @@ fn pruned_levels_save_work() {
     let frame = frame.into_frame(&camera, [0.0; 3]);
     let machine = machine(&[]);
     let cycles = |frame: &Frame| {
-        let replay = replay(&bin(frame, machine.geometry), &machine);
+        let replay = replay(&bin(frame, machine.tiles().geometry), &machine);
         (replay.timing.frame, replay.regions.is_some())
     };
     let ((fast, is_foveated), (slow, is_plain)) = (cycles(&frame), cycles(&plain));

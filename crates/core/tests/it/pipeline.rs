@@ -8,9 +8,12 @@ mod rules;
 pub mod support;
 mod timelines;
 
-use powergs_core::accel::machine::{DramModel, Overlap};
-use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::{FrameContext, FrameReplay, Machine, Stall, replay_with};
+use powergs_core::flow::tile_wise::Overlap;
+use powergs_core::flow::tile_wise::{FrameContext, FrameReplay, replay_with};
+use powergs_core::kernel::timeline::Timeline;
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
+use powergs_core::stage::Stall;
 use rayon::prelude::*;
 
 use self::support::{Dice, set_rate};
@@ -35,7 +38,7 @@ fn states_of(replay: &FrameReplay) -> States {
 
 /// The same, counted in the oracle's picture of every cycle.
 fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
-    let (gsu, vru) = (&machine.gsu, &machine.vru);
+    let (gsu, vru) = (&machine.tiles().gsu, &machine.tiles().vru);
     let gangs = [1, gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core, 1];
     let is = |symbol: char, state: char| match state {
         '0' => symbol.is_ascii_digit(),
@@ -53,7 +56,7 @@ fn compare(seed: u64, changed: impl Fn(&mut Machine)) -> States {
     let mut dice = Dice::new(seed);
     let mut machine = dice.machine();
     changed(&mut machine);
-    let mut workload = dice.workload(machine.geometry);
+    let mut workload = dice.workload(machine.tiles().geometry);
     let mut timeline = Timeline::default();
     let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
     // After everything else, so that plain frames are those that they were.
@@ -103,8 +106,8 @@ fn batches_whose_entries_stay_on_chip_do_not_wait_for_the_writes_before_them() {
     let changed = |machine: &mut Machine| {
         machine.dram.model = DramModel::Bandwidth;
         set_rate(machine, 1e9);
-        machine.buffers.tile_list.capacity.0 %= 50;
-        machine.schedule.overlap = Overlap::None;
+        machine.tiles_mut().buffers.tile_list.capacity.0 %= 50;
+        machine.tiles_mut().schedule.overlap = Overlap::None;
     };
     (0..CASES).into_par_iter().for_each(|seed| {
         compare(seed, changed);

@@ -69,7 +69,7 @@ fn lists_that_take_more_than_the_budget_are_refused() {
     let run = |method: &str| {
         let mut frames = trace();
         let first = frames.take(0).and_then(|pending| pending.get()).expect("a frame");
-        let geometry = system("gscore", &[]).machine().geometry;
+        let geometry = system("gscore", &[]).machine().tiles().geometry;
         let enough = demand(&first, geometry, Budget::DEFAULT).expect("a small frame");
         frames.allow(Budget(Bytes(enough)));
         let method = format!("binning.method={method}");
@@ -99,7 +99,7 @@ fn by_hand(system: &System) -> Vec<FrameReport> {
     let (machine, mut lists) = (system.machine(), Lists::default());
     let one = |k: usize| {
         let frame = frames.take(k).and_then(|pending| pending.get()).expect("a frame");
-        let workload = bin(&frame, machine.geometry);
+        let workload = bin(&frame, machine.tiles().geometry);
         let measured = Measured::of(&workload, None, machine, &mut lists, false);
         let name = frame.facts.camera.name.clone();
         let sh_degree = frame.facts.sh_degree;
@@ -238,7 +238,7 @@ fn subjects_may_want_some_frames_only() {
 fn keys_of_any_file_are_changed_in_one_way() {
     let base = system("gscore", &[]);
     let changed = system("gscore", &["vru.cores=8", "clock=0.5 GHz"]);
-    assert_eq!(changed.machine().vru.cores, 8);
+    assert_eq!(changed.machine().tiles().vru.cores, 8);
     assert_ne!(changed.id(), base.id());
     assert_ne!(changed.timing_id(), base.timing_id());
 

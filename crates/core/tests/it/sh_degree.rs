@@ -1,6 +1,6 @@
 //! The SH degree of a scene decides the bytes and the operations of its colours.
 
-use powergs_core::accel::ResolvedUnits;
+use powergs_core::flow::tile_wise::ResolvedUnits;
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::paper::{self, UnitPrices};
 use powergs_core::sim::{FrameReport, Label};
@@ -19,7 +19,7 @@ fn colours(sets: &[&str]) -> [(u64, u64); 4] {
     let changes: Vec<Change> = sets.iter().map(|s| s.parse().unwrap()).collect();
     let system = System::named("gscore-powergs").unwrap().with(&changes).unwrap();
     ShDegree::ALL.map(|sh_degree| {
-        let geometry = system.machine().geometry;
+        let geometry = system.machine().tiles().geometry;
         let workload = FrameWorkload { sh_degree, ..FrameWorkload::empty(geometry) };
         let record = ResolvedUnits::for_frame(system.machine(), &workload).ccu.record;
         (record.colour.0, record.colour_pitch.0)

@@ -93,8 +93,8 @@ impl<C: Catalogue> EnergyTable<C> {
 
     /// How many units of another stage have as much area and leakage as all units of this one,
     /// which is counted in a part of those: an amount of its first part takes `parts.STAGE.factor`
-    /// times that of the other part. `None` for a stage with prices of its own; 0 in a table without
-    /// `[parts]`.
+    /// times that of the other part. `None` for a stage with prices of its own; 0 in a table
+    /// without `[parts]`.
     pub(super) fn counted_as(&self, stage: StageId, built: &Inventory) -> Option<(StageId, f64)> {
         let hardware = C::hardware();
         let facts = hardware.stage(stage);

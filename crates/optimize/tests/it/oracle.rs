@@ -41,7 +41,7 @@ fn cycle_is_the_simulated_machine_at_the_display_rate() {
         let camera = &tiny.cameras[0];
         let rendered = render(&tiny.dense, camera, &Options::reference(Detail::Counters));
         let frame = rendered.into_frame(camera, [0.0; 3]);
-        let work = bin(&frame, system.machine().geometry);
+        let work = bin(&frame, system.machine().tiles().geometry);
         let report = system.simulate(Label::default(), &work).unwrap();
         let fps = 60.0;
         let oracle = CycleOracle { system, fps, memory: Budget::DEFAULT };

@@ -3,7 +3,7 @@
 use super::subtitle;
 use crate::format::{counted, engineering};
 use powergs_chart::{Axis, Bin, Chart, Colour, Entry, Mark, Panel, Rule, Scale, Symbol, Words};
-use powergs_core::accel::Histogram;
+use powergs_core::kernel::Histogram;
 use powergs_study::run_record::Run;
 
 const NAME: &str = "tiles";

@@ -6,7 +6,7 @@ use powergs_base::config::Embedded;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::references::{cited, references};
 use powergs_base::config::{KeyDoc, key_docs};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::statistics;
 use powergs_core::stage::{EnergyTable, Stall, hardware, stage};
 use powergs_dram::Device;

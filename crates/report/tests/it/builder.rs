@@ -1,7 +1,7 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
 use powergs_base::quantity::{Hertz, Picojoules, SquareMillimetres};
-use powergs_core::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
+use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,

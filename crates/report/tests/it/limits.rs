@@ -1,7 +1,7 @@
 //! What is not modelled and what prices do, in sentences: each with a run of which the opposite is
 //! true.
 
-use powergs_core::accel::FrameTiming;
+use powergs_core::kernel::FrameTiming;
 use powergs_core::sim::{FrameReport, ListOrder};
 use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::ReuseSummary;

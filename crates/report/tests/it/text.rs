@@ -140,7 +140,7 @@ fn summary_page_of_an_interrupted_run() {
 }
 
 /// The bottleneck of a run of one frame whose units and DRAM are changed by `change`.
-fn limited(change: impl FnOnce(&mut powergs_core::accel::FrameTiming)) -> Option<Bottleneck> {
+fn limited(change: impl FnOnce(&mut powergs_core::kernel::FrameTiming)) -> Option<Bottleneck> {
     let mut run = builder::run(&[8.0]);
     change(&mut builder::cycle(&mut run.frames[0]).timing);
     let found = bottleneck::of(&run.statistics()?)?;
@@ -152,7 +152,7 @@ fn limited(change: impl FnOnce(&mut powergs_core::accel::FrameTiming)) -> Option
 }
 
 /// All cycles of unit `i` that are not busy or of `stalls` become idle.
-fn refill(t: &mut powergs_core::accel::FrameTiming, i: usize, busy: f64, stalls: [f64; 7]) {
+fn refill(t: &mut powergs_core::kernel::FrameTiming, i: usize, busy: f64, stalls: [f64; 7]) {
     let unit = &mut t.units[i];
     let all = t.frame * u64::from(unit.instances);
     unit.busy = (busy * all as f64) as u64;

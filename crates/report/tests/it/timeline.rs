@@ -9,9 +9,10 @@ use std::fs::File;
 use std::io::BufReader;
 
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_core::accel::timeline::{Level, Observer, Span, State};
-use powergs_core::accel::{Machine, Stall};
+use powergs_core::kernel::timeline::{Level, Observer, Span, State};
+use powergs_core::machine::Machine;
 use powergs_core::sim::{Measured, observed};
+use powergs_core::stage::Stall;
 use powergs_core::workload::bin;
 use powergs_frame::trace::Reader;
 use powergs_report::charts;
@@ -185,7 +186,7 @@ fn levels_add_up_to_the_statistics() {
     let file = BufReader::new(File::open(path).expect("the demo trace"));
     let mut reader = Reader::open(file).expect("a trace");
     let frame = reader.read_block(0).expect("a block").decode().expect("a frame");
-    let workload = bin(&frame, machine.geometry);
+    let workload = bin(&frame, machine.tiles().geometry);
     let measured = Measured::needed(&workload, &machine);
     let mut levels = Levels::default();
     let timing = observed(&workload, &measured, &machine, &mut levels).timing;

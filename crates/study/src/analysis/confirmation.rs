@@ -6,7 +6,7 @@
 //! so that every conclusion about them is drawn from these; the front may then have other designs,
 //! which are confirmed in turn.
 
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use serde::{Deserialize, Serialize};
 
 use super::Analysis;

@@ -1,14 +1,14 @@
 //! Which unit bounds what share of the frame, and what the rest waits for.
 //!
-//! Every cycle of a frame is given to one unit that leads: in preprocessing the busiest of its units
-//! (the CCU), behind it the busiest of the others; where the phases overlap, the busiest of all over
-//! the whole frame. What the leading unit does in its phase (works, waits for a cause, has no work)
-//! adds up to the phase, so the shares add up to the frame.
+//! Every cycle of a frame is given to one unit that leads: in preprocessing the busiest of its
+//! units (the CCU), behind it the busiest of the others; where the phases overlap, the busiest of
+//! all over the whole frame. What the leading unit does in its phase (works, waits for a cause, has
+//! no work) adds up to the phase, so the shares add up to the frame.
 //!
 //! A unit that waits for another unit waits in the end for what holds that one up. Such a wait is
-//! traced to the stages before it (VRU, BSU, QSU, CCU): while a unit has nothing to work on, the one
-//! before it works or waits, for anything but room behind it. Shares of time stand for simultaneity: which cycles
-//! coincide is not recorded.
+//! traced to the stages before it (VRU, BSU, QSU, CCU): while a unit has nothing to work on, the
+//! one before it works or waits, for anything but room behind it. Shares of time stand for
+//! simultaneity: which cycles coincide is not recorded.
 
 use powergs_core::sim::statistics::{Key, Record};
 use powergs_core::stage::{From, Stall, hardware, stage};

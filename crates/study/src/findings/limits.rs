@@ -2,8 +2,8 @@
 
 use super::bottleneck::{Bottleneck, Limit};
 use crate::run_record::{Experiments, MachineFacts};
-use powergs_core::accel::Machine;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
 use powergs_core::sim::statistics::{Key, Record};
 use powergs_core::stage::{OmitDecl, omissions, stage};
 use powergs_energy::Component;

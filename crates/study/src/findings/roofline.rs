@@ -2,7 +2,7 @@
 //! of its own units.
 
 use crate::run_record::Run;
-use powergs_core::accel::machine::Overlap;
+use powergs_core::flow::tile_wise::Overlap;
 use powergs_core::run::System;
 use powergs_core::stage::{StageDecl, WorkDecl, hardware, stages};
 use powergs_energy::action::Phase;
@@ -12,8 +12,9 @@ use powergs_energy::hardware::Does;
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roofline {
-    /// Operations of each action, by [`ActionId`](powergs_energy::action::ActionId): floating-point operations as PowerGS counts
-    /// them, a colour being of SH degree 3, and comparisons of units that make those.
+    /// Operations of each action, by [`ActionId`](powergs_energy::action::ActionId):
+    /// floating-point operations as PowerGS counts them, a colour being of SH degree 3, and
+    /// comparisons of units that make those.
     pub operations: Vec<u32>,
     /// The units that work in each phase, in the order of [`Phase::WORK`]: their names, and
     /// operations per second when all of them are busy.
@@ -84,7 +85,7 @@ impl Roofline {
             operations: operations.collect(),
             units,
             dram_bytes_s: system.dram_peak(),
-            overlaps: machine.schedule.overlap != Overlap::None,
+            overlaps: machine.tiles().schedule.overlap != Overlap::None,
         }
     }
 

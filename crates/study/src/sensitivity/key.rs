@@ -8,8 +8,8 @@ use powergs_base::config::assumptions::{KnobFile, assumptions};
 use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::inert::inert;
 use powergs_base::config::{KeyDoc, key_docs, knob};
-use powergs_core::accel::Machine;
-use powergs_core::accel::machine::{DramModel, OPTIONAL};
+use powergs_core::machine::Machine;
+use powergs_core::machine::{DramModel, Optional};
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
 use powergs_core::stage::EnergyTable;
@@ -201,7 +201,7 @@ fn others(path: &str, value: &Value, docs: &[KeyDoc]) -> Vec<Value> {
     let unit = docs.iter().find(is_key).map_or("", |d| d.unit.as_str());
     let choices = unit.strip_prefix("one of ").unwrap_or("").split(", ");
     names.extend(choices.filter(|n| !n.is_empty()).map(Value::from).filter(|n| n != value));
-    let of_parts = OPTIONAL.iter().flat_map(|part| part.with).filter_map(|set| set.split_once('='));
+    let of_parts = Optional::all().flat_map(|part| part.with).filter_map(|set| set.split_once('='));
     let mut off = of_parts.chain(OFF).filter(|(key, _)| *key == path);
     let off = off.next().map(|(_, on)| knob::written(on));
     match value {

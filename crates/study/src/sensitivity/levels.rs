@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use powergs_base::config::knob;
 use powergs_base::config::suggest::nearest;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::{RunError, System};
 use rayon::prelude::*;
 use toml::Value;

@@ -6,7 +6,7 @@ use toml::Value;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::library::LibraryDocument;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost::untimed;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;

@@ -12,7 +12,7 @@ use super::expr;
 use super::measure::{Measure, twelve_digits};
 use powergs_base::config::schema::{self, schema_of};
 use powergs_base::config::suggest::nearest;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;

@@ -10,7 +10,7 @@ use toml::{Table, Value};
 use super::key::{FileKind, Key};
 use powergs_base::config::ConfigError;
 use powergs_base::config::knob;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::files::Files;
 use powergs_core::run::identity::content_id;
 use powergs_core::stage::EnergyTable;

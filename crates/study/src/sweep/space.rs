@@ -17,7 +17,7 @@ use super::lattice::{Lattice, LatticeSide};
 use super::library::{Library, LibraryChange, LibraryDocument};
 use super::sample;
 use powergs_base::config::{ConfigError, Problem};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::files::Files;
 use powergs_core::run::identity::timing_id;
 use powergs_core::sim;

@@ -1,7 +1,7 @@
 //! What a machine did with the frames of a workload.
 
 use super::Block;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::{CycleReport, FrameReport, Measured};
 use powergs_core::stage::{Stall, stage};
 use powergs_core::workload::FrameWorkload;
@@ -92,10 +92,10 @@ impl Totals {
             measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
         self.tile_pairs += workload.counters.tile_pairs;
         self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
-        let features = workload.counters.intersecting_points * machine.record.projected.0;
-        self.list_bytes_written += match machine.list_shape() {
+        let features = workload.counters.intersecting_points * machine.tiles().record.projected.0;
+        self.list_bytes_written += match machine.tiles().list_shape() {
             Some(_) => report.stages[Phase::Preprocessing as usize].write.saturating_sub(features),
-            None => pairs * machine.list_entry(),
+            None => pairs * machine.tiles().list_entry(),
         };
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();

@@ -1,9 +1,10 @@
 //! The cycles of rendering units as they are counted here against the model of `rtl/vru.sv`, which
 //! co-simulation shows to be that of the hardware, cycle for cycle.
 
-use powergs_core::accel::machine::{Organisation, Switch, Termination};
-use powergs_core::accel::subtiles::{ChunkRun, runs};
-use powergs_core::accel::{Machine, ResolvedUnits};
+use powergs_core::flow::tile_wise::ResolvedUnits;
+use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
+use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
+use powergs_core::machine::Machine;
 use powergs_core::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
 use powergs_datapath::{Entry, NumberFormat, Record, TileRun, Vrc, Vru};
 use rand::{RngExt, SeedableRng};
@@ -17,12 +18,12 @@ const FP16: NumberFormat = NumberFormat::FP16;
 /// is known `late` cycles after its pair.
 fn machine(queue: usize, late: u32) -> Machine {
     let mut machine = gscore();
-    machine.vru.organisation = Organisation::SubtileParallel;
-    machine.vru.switch = Switch::Free;
-    machine.vru.termination = Termination::Subtile;
-    machine.vru.subtile_skipping = true;
-    machine.vru.subtile_queue = queue as u32;
-    machine.vru.stop_latency = late;
+    machine.tiles_mut().vru.organisation = Organisation::SubtileParallel;
+    machine.tiles_mut().vru.switch = Switch::Free;
+    machine.tiles_mut().vru.termination = Termination::Subtile;
+    machine.tiles_mut().vru.subtile_skipping = true;
+    machine.tiles_mut().vru.subtile_queue = queue as u32;
+    machine.tiles_mut().vru.stop_latency = late;
     machine
 }
 
@@ -46,7 +47,7 @@ fn workload(geometry: Geometry, entries: &[Entry], run: &TileRun) -> FrameWorklo
 fn counted(entries: &[Entry], run: &TileRun, queue: usize, late: u32) -> ChunkRun {
     let machine = machine(queue, late);
     let units = ResolvedUnits::new(&machine);
-    let workload = workload(machine.geometry, entries, run);
+    let workload = workload(machine.tiles().geometry, entries, run);
     runs(&workload, &units.vru.discipline.expect("a discipline"))[0]
 }
 

@@ -1,10 +1,10 @@
 //! The cycles of sorting units as they are counted here against what `rtl/qsu.sv` and `rtl/bsu.sv`
 //! take, which co-simulation shows to be those of `powergs_datapath::vectors`, cycle for cycle.
 
-use powergs_core::accel::ResolvedUnits;
-use powergs_core::accel::bsu::Sort;
-use powergs_core::accel::qsu::Keys;
-use powergs_core::accel::unit::Unit;
+use powergs_core::flow::tile_wise::ResolvedUnits;
+use powergs_core::flow::tile_wise::bsu::Sort;
+use powergs_core::flow::tile_wise::qsu::Keys;
+use powergs_core::kernel::unit::Unit;
 use powergs_datapath::vectors::{bsu, qsu};
 
 use crate::support::gscore;
@@ -12,8 +12,8 @@ use crate::support::gscore;
 /// Units one a core, with the latencies of `rtl/`, which `arch-configs/machines/gscore.toml` has.
 fn units() -> ResolvedUnits {
     let mut machine = gscore();
-    (machine.gsu.qsu_per_core, machine.gsu.bsu_per_core) = (1, 1);
-    (machine.gsu.qsu_latency, machine.gsu.bsu_latency) = (2, 4);
+    (machine.tiles_mut().gsu.qsu_per_core, machine.tiles_mut().gsu.bsu_per_core) = (1, 1);
+    (machine.tiles_mut().gsu.qsu_latency, machine.tiles_mut().gsu.bsu_latency) = (2, 4);
     ResolvedUnits::new(&machine)
 }
 

@@ -3,7 +3,7 @@
 use approx::assert_relative_eq;
 use powergs_base::config::embedded::ENERGY;
 use powergs_base::quantity::{Bytes, Hertz};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::{
@@ -171,14 +171,14 @@ fn area_grows_with_units_and_buffers() {
         cost::prices(&table("gscore-28nm"), machine).expect("prices").area.expect("an area")
     };
     let mut wide = base.clone();
-    wide.vru.units_per_core *= 2;
+    wide.tiles_mut().vru.units_per_core *= 2;
     let (a, b) = (area(&base), area(&wide));
     // Twice the units hold half of the pixels and of the queues each.
     let each = 1.0 - 0.145 / 2.0 - 0.0317 * 36.0 / 224.0;
     assert_relative_eq!(b.units[3].0, 2.0 * each * a.units[3].0, max_relative = 1e-12);
     assert_eq!(b.buffers, a.buffers);
     let mut large = base.clone();
-    large.buffers.feature.capacity = Bytes(2 * base.buffers.feature.capacity.0);
+    large.tiles_mut().buffers.feature.capacity = Bytes(2 * base.tiles().buffers.feature.capacity.0);
     let c = area(&large);
     assert!(c.buffers[buffer_id("feature").index()] > a.buffers[buffer_id("feature").index()]);
     assert!(c.total().0 > a.total().0);

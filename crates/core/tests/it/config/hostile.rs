@@ -1,6 +1,6 @@
 //! Hostile texts: an error, never a panic or a hang.
 
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 use powergs_frame::display::Display;
 use proptest::prelude::*;

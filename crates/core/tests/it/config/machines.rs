@@ -4,8 +4,9 @@ use expect_test::expect_file;
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
-use powergs_core::accel::Machine;
-use powergs_core::accel::machine::{Fetch, OPTIONAL, Optional};
+use powergs_core::flow::tile_wise::Fetch;
+use powergs_core::machine::Machine;
+use powergs_core::machine::Optional;
 
 use super::{gscore, sets};
 
@@ -16,10 +17,13 @@ fn gscore_is_as_published() {
     let units = machine.inventory().units;
     assert_eq!(units[..4], [4, 8, 4, 64], "CCU, QSU, BSU, VRC as in NeRArch-Sim");
     assert_eq!((machine.dram.bandwidth, machine.dram_peak()), (None, BytesPerSecond(51.2e9)));
-    let sum: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
+    let sum: u64 = machine.tiles().buffers.all().iter().map(|b| b.capacity.0).sum();
     assert_eq!(sum, 248 * 1024, "the buffers that NeRArch-Sim names");
-    let r = &machine.record;
-    assert_eq!((r.position.0, r.geometry.0, r.projected.0, machine.list_entry()), (6, 16, 18, 6));
+    let r = &machine.tiles().record;
+    assert_eq!(
+        (r.position.0, r.geometry.0, r.projected.0, machine.tiles().list_entry()),
+        (6, 16, 18, 6)
+    );
     assert_eq!((r.feature.0, r.colour.0, r.pixel.0), (18, 96, 3), "59 numbers in FP16");
 }
 
@@ -57,12 +61,12 @@ fn overlays_change_one_key_and_the_last_one_wins() {
     ]);
     let machine = Machine::parse_with(gscore(), &overlays).expect("a good overlay");
     let mut expected = Machine::parse(gscore()).expect("gscore");
-    expected.vru.cores = 8;
+    expected.tiles_mut().vru.cores = 8;
     expected.clock = Hertz(8e8);
-    expected.ccu.fetch = Fetch::Everything;
-    expected.vru.subtile_skipping = false;
-    expected.buffers.feature.capacity = Bytes(256 << 10);
-    expected.buffers.sorting.capacity = Bytes(128 << 10);
+    expected.tiles_mut().ccu.fetch = Fetch::Everything;
+    expected.tiles_mut().vru.subtile_skipping = false;
+    expected.tiles_mut().buffers.feature.capacity = Bytes(256 << 10);
+    expected.tiles_mut().buffers.sorting.capacity = Bytes(128 << 10);
     expected.dram.efficiency = 0.5;
     expected.energy = "paper".into();
     assert_eq!(machine, expected);
@@ -180,7 +184,7 @@ fn keys_of_parts_that_are_not_there_are_refused() {
     let refused = |text: &str, set: &[&str]| {
         Machine::parse_with(text, &sets(set)).expect_err("no such part").to_string()
     };
-    for part in OPTIONAL {
+    for part in Optional::all() {
         let of_part = |key: &&KeyDoc| {
             !key.table && Optional::of(&key.path).is_some_and(|own| own.switch == part.switch)
         };

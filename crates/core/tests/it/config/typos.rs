@@ -3,7 +3,7 @@
 
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::config::{ConfigError, Problem};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 
 use super::gscore;

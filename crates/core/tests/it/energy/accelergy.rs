@@ -2,7 +2,7 @@
 
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Hertz;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::{DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_energy::accelergy::{AccelergyError, TEXT_MAX, doubt, table};

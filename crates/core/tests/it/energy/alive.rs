@@ -3,8 +3,8 @@
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
-use powergs_core::accel::Machine;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::hardware;

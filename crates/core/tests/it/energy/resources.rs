@@ -3,7 +3,7 @@
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::work_id;

@@ -3,7 +3,7 @@
 use approx::assert_relative_eq;
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::{Hertz, Volts};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 
 use powergs_core::stage::EnergyTable;

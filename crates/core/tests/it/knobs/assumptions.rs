@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use powergs_base::config::assumptions::{KnobFile, assumptions};
 use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES, find};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, knob};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use toml::Table;

@@ -2,7 +2,7 @@
 
 use powergs_base::config::embedded::{ENERGY, Embedded, MACHINES};
 use powergs_base::config::{key_docs, knob};
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::{DramCommands, StageCommands};

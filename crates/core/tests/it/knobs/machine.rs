@@ -5,8 +5,8 @@ use std::{iter, slice};
 
 use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
-use powergs_core::accel::Machine;
-use powergs_core::accel::machine::Optional;
+use powergs_core::machine::Machine;
+use powergs_core::machine::Optional;
 use rayon::prelude::*;
 use toml::{Table, Value};
 
@@ -15,7 +15,7 @@ use super::support::{Outcome, alone_and_shared, outcome};
 use super::{Verdict, choices, others};
 
 /// Text for people.
-const TEXT: [&str; 2] = ["name", "description"];
+const TEXT: [&str; 3] = ["dataflow", "name", "description"];
 
 /// A machine with what comes out of it.
 struct Base {

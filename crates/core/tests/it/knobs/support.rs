@@ -4,7 +4,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use powergs_core::accel::{Machine, Memo};
+use powergs_core::flow::tile_wise::Memo;
+use powergs_core::machine::Machine;
 use powergs_core::sim::{
     self, FrameReport, Label, Lists, Measured, SimError, Timed, simulate_measured, time, time_again,
 };
@@ -89,16 +90,16 @@ pub fn workloads(geometry: Geometry) -> Arc<Vec<FrameWorkload>> {
 /// depends on.
 fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
     static ALL: Shared<String, Vec<Measured>> = LazyLock::new(Default::default);
-    let (gsu, cache) = (&machine.gsu, &machine.cache);
+    let (gsu, cache) = (&machine.tiles().gsu, &machine.tiles().cache);
     let key = format!(
         "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-        machine.geometry,
+        machine.tiles().geometry,
         cache.capacity,
         cache.ways,
         cache.eviction,
         cache.distance_bits,
-        machine.record.feature_pitch,
-        machine.schedule.order,
+        machine.tiles().record.feature_pitch,
+        machine.tiles().schedule.order,
         gsu.depth,
         gsu.pivots,
         gsu.pivot_rule,
@@ -106,7 +107,7 @@ fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
     );
     cached(&ALL, key, || {
         let mut lists = Lists::default();
-        let all = workloads(machine.geometry);
+        let all = workloads(machine.tiles().geometry);
         all.iter().map(|w| Measured::of(w, None, machine, &mut lists, true)).collect()
     })
 }
@@ -123,7 +124,7 @@ pub struct Outcome {
 pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
     let table = table(&machine.energy).ok_or("no such energy table")?;
     let prices = sim::cost::prices(&table, machine).map_err(|e| e.to_string())?;
-    let (workloads, measured) = (workloads(machine.geometry), measured(machine));
+    let (workloads, measured) = (workloads(machine.tiles().geometry), measured(machine));
     let one = |(w, m): (&FrameWorkload, &Measured)| match simulate_measured(
         Label::default(),
         w,
@@ -135,7 +136,7 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
         report => Ok(report.expect("accounts close")),
     };
     // Machines without accumulators for levels see plain frames only.
-    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.fovea.accumulators > 0;
+    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
     let all = workloads.iter().zip(measured.iter());
     let frames = all.filter(|(w, _)| can(w)).map(one).collect::<Result<_, String>>()?;
     let peak_w = sim::cost::peak_w(machine, &prices);
@@ -148,10 +149,10 @@ pub fn alone_and_shared(
     machine: &Machine,
     memos: &mut BTreeMap<Geometry, Vec<Memo>>,
 ) -> [Vec<Result<Timed, String>>; 2] {
-    let (workloads, measured) = (workloads(machine.geometry), measured(machine));
-    let memos = memos.entry(machine.geometry).or_default();
+    let (workloads, measured) = (workloads(machine.tiles().geometry), measured(machine));
+    let memos = memos.entry(machine.tiles().geometry).or_default();
     memos.resize_with(workloads.len(), Memo::default);
-    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.fovea.accumulators > 0;
+    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
     let frames = || workloads.iter().zip(measured.iter()).enumerate().filter(|(_, (w, _))| can(w));
     let alone = frames().map(|(i, (w, m))| time(i, w, m, machine).map_err(|e| e.to_string()));
     let shared = frames()

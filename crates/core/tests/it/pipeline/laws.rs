@@ -3,17 +3,20 @@
 use std::ops::Range;
 
 use powergs_base::quantity::{Bytes, Nanoseconds};
-use powergs_core::accel::colour::UNITS;
-use powergs_core::accel::layout::Layout;
-use powergs_core::accel::machine::{DramModel, FeatureSource, Fetch};
-use powergs_core::accel::qsu::Keys;
-use powergs_core::accel::schedule::Plan;
-use powergs_core::accel::timeline::{Observer, Span};
-use powergs_core::accel::traffic::for_each_chunk;
-use powergs_core::accel::vru::COLOURS;
-use powergs_core::accel::{
-    FrameContext, FrameReplay, Machine, ResolvedUnits, Unit, replay, replay_with,
+use powergs_core::flow::tile_wise::colour::UNITS;
+use powergs_core::flow::tile_wise::layout::Layout;
+use powergs_core::flow::tile_wise::qsu::Keys;
+use powergs_core::flow::tile_wise::schedule::Plan;
+use powergs_core::flow::tile_wise::traffic::for_each_chunk;
+use powergs_core::flow::tile_wise::vru::COLOURS;
+use powergs_core::flow::tile_wise::{FeatureSource, Fetch};
+use powergs_core::flow::tile_wise::{
+    FrameContext, FrameReplay, ResolvedUnits, replay, replay_with,
 };
+use powergs_core::kernel::Unit;
+use powergs_core::kernel::timeline::{Observer, Span};
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
 use powergs_core::stage::{DRAM_READ, hardware, work_id};
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
@@ -32,7 +35,7 @@ const CASES: u64 = 1000;
 fn case(seed: u64) -> (Machine, FrameWorkload) {
     let mut dice = Dice::new(seed);
     let machine = dice.machine();
-    let workload = dice.workload(machine.geometry);
+    let workload = dice.workload(machine.tiles().geometry);
     (machine, workload)
 }
 
@@ -60,7 +63,7 @@ fn cycles_add_up_and_nothing_is_faster_than_its_parts() {
 fn units_are_busy_for_exactly_their_work() {
     for seed in 0..CASES {
         let (mut machine, workload) = case(seed);
-        machine.vru.speculation = 0;
+        machine.tiles_mut().vru.speculation = 0;
         let design = ResolvedUnits::new(&machine);
         let plan = Plan::new(&workload, &machine, &design, &FrameContext::default());
         let units = replay(&workload, &machine).timing.units;
@@ -68,13 +71,21 @@ fn units_are_busy_for_exactly_their_work() {
         for job in &plan.jobs {
             for_each_chunk(&workload, &plan, job, |_, _, sort| sorts += design.bsu.cycles(&sort));
         }
-        assert_eq!(units[2].busy, sorts * u64::from(machine.gsu.bsu_per_core), "seed {seed}");
+        assert_eq!(
+            units[2].busy,
+            sorts * u64::from(machine.tiles().gsu.bsu_per_core),
+            "seed {seed}"
+        );
         let jobs = plan.jobs.iter();
         let all = |keys: &Keys| -> u64 {
             (0..keys.passes).map(|pass| design.qsu.pass_cycles(keys, pass)).sum()
         };
         let passes: u64 = jobs.map(|j| all(&j.keys)).sum();
-        assert_eq!(units[1].busy, passes * u64::from(machine.gsu.qsu_per_core), "seed {seed}");
+        assert_eq!(
+            units[1].busy,
+            passes * u64::from(machine.tiles().gsu.qsu_per_core),
+            "seed {seed}"
+        );
     }
 }
 
@@ -104,7 +115,7 @@ fn what_enters_a_buffer_leaves_it() {
         }
         let in_vain = replay.speculation.count(Phase::Rendering, DRAM_READ);
         let discarded: u64 = replay.timing.buffers.iter().map(|b| b.discarded).sum();
-        let spec = &machine.record;
+        let spec = &machine.tiles().record;
         assert_eq!(in_vain, discarded, "seed {seed} {spec:?}");
     }
     assert!(discarded > 0);
@@ -115,25 +126,25 @@ fn work_does_not_depend_on_timing() {
     for seed in 0..CASES {
         let (mut machine, workload) = case(seed);
         let before = replay(&workload, &machine);
-        machine.ccu.latency += 7;
-        machine.ccu.operations_per_cycle += 50;
-        machine.ccu.intersection_units += 1;
-        machine.ccu.units += 1;
-        machine.ccu.batch += 2;
-        machine.gsu.qsu_latency += 3;
-        machine.gsu.keys_per_cycle += 1;
-        machine.gsu.bsu_latency += 3;
-        machine.vru.latency += 5;
-        machine.vru.units_per_core *= 2;
-        machine.buffers.gaussian_in.capacity.0 *= 2;
-        machine.buffers.tile_list.capacity.0 /= 2;
-        machine.buffers.feature.capacity.0 /= 2;
-        machine.buffers.pixel_out.capacity.0 /= 3;
+        machine.tiles_mut().ccu.latency += 7;
+        machine.tiles_mut().ccu.operations_per_cycle += 50;
+        machine.tiles_mut().ccu.intersection_units += 1;
+        machine.tiles_mut().ccu.units += 1;
+        machine.tiles_mut().ccu.batch += 2;
+        machine.tiles_mut().gsu.qsu_latency += 3;
+        machine.tiles_mut().gsu.keys_per_cycle += 1;
+        machine.tiles_mut().gsu.bsu_latency += 3;
+        machine.tiles_mut().vru.latency += 5;
+        machine.tiles_mut().vru.units_per_core *= 2;
+        machine.tiles_mut().buffers.gaussian_in.capacity.0 *= 2;
+        machine.tiles_mut().buffers.tile_list.capacity.0 /= 2;
+        machine.tiles_mut().buffers.feature.capacity.0 /= 2;
+        machine.tiles_mut().buffers.pixel_out.capacity.0 /= 3;
         machine.dram.latency = Nanoseconds(3.5);
         set_rate(&mut machine, 7e9);
         let after = replay(&workload, &machine);
         assert_eq!(needed(&before), needed(&after), "seed {seed}");
-        if machine.vru.speculation == 0 {
+        if machine.tiles().vru.speculation == 0 {
             assert_eq!(before.actions, after.actions, "seed {seed}");
             assert_eq!(before.served, after.served, "seed {seed}");
         }
@@ -144,16 +155,16 @@ type Knob = (&'static str, fn(&mut Machine));
 
 /// Changes that ought to help.
 const HELP: [Knob; 10] = [
-    ("a larger tile-list buffer", |m| m.buffers.tile_list.capacity.0 *= 2),
-    ("a larger sorting buffer", |m| m.buffers.sorting.capacity.0 *= 2),
-    ("a larger feature buffer", |m| m.buffers.feature.capacity.0 *= 2),
-    ("a larger pixel buffer", |m| m.buffers.pixel_out.capacity.0 *= 2),
-    ("more arithmetic", |m| m.ccu.operations_per_cycle = 1000),
-    ("a shorter CCU", |m| m.ccu.latency = 0),
-    ("a shorter QSU", |m| m.gsu.qsu_latency = 0),
-    ("a shorter BSU", |m| m.gsu.bsu_latency = 0),
-    ("a shorter VRU", |m| m.vru.latency = 0),
-    ("more rendering units", |m| m.vru.units_per_core *= 4),
+    ("a larger tile-list buffer", |m| m.tiles_mut().buffers.tile_list.capacity.0 *= 2),
+    ("a larger sorting buffer", |m| m.tiles_mut().buffers.sorting.capacity.0 *= 2),
+    ("a larger feature buffer", |m| m.tiles_mut().buffers.feature.capacity.0 *= 2),
+    ("a larger pixel buffer", |m| m.tiles_mut().buffers.pixel_out.capacity.0 *= 2),
+    ("more arithmetic", |m| m.tiles_mut().ccu.operations_per_cycle = 1000),
+    ("a shorter CCU", |m| m.tiles_mut().ccu.latency = 0),
+    ("a shorter QSU", |m| m.tiles_mut().gsu.qsu_latency = 0),
+    ("a shorter BSU", |m| m.tiles_mut().gsu.bsu_latency = 0),
+    ("a shorter VRU", |m| m.tiles_mut().vru.latency = 0),
+    ("more rendering units", |m| m.tiles_mut().vru.units_per_core *= 4),
 ];
 
 fn help(name: &str) -> Change {
@@ -171,8 +182,8 @@ fn effect(seed: u64, prepare: fn(&mut Machine), change: fn(&mut Machine)) -> (u6
 }
 
 fn alone(machine: &mut Machine) {
-    machine.ccu.units = 1;
-    machine.vru.cores = 1;
+    machine.tiles_mut().ccu.units = 1;
+    machine.tiles_mut().vru.cores = 1;
 }
 
 fn alone_with_fast_memory(machine: &mut Machine) {
@@ -212,7 +223,7 @@ fn contention_and_scheduling_have_anomalies() {
     };
     let shared: [(&str, Change, Change); 5] = [
         ("a larger input buffer, one core, fast memory", alone_with_fast_memory, |m| {
-            m.buffers.gaussian_in.capacity.0 *= 2;
+            m.tiles_mut().buffers.gaussian_in.capacity.0 *= 2;
         }),
         ("a faster memory, several cores", |_| (), faster),
         ("a larger feature buffer, one core", alone, help("a larger feature buffer")),
@@ -238,7 +249,7 @@ fn even_tiles(n: usize, entries: u32, pairs: u32) -> Vec<TilePlan> {
 fn one_tile_has_a_closed_form() {
     let mut machine = gscore();
     machine.dram.latency = Nanoseconds(50.0);
-    let frame = workload(machine.geometry, 0, &even_tiles(1, 200, 300));
+    let frame = workload(machine.tiles().geometry, 0, &even_tiles(1, 200, 300));
     // At 51.2 GB/s and 1 GHz a byte takes 20 of the 1024 ticks of a cycle.
     let read = |from: f64, bytes: u32| (from + f64::from(bytes) * 20.0 / 1024.0 + 50.0).ceil();
     // There is nothing to convert, so the tile begins at once.
@@ -260,7 +271,7 @@ fn rendering_bounds_a_frame_with_fast_memory() {
     let mut machine = gscore();
     set_rate(&mut machine, 1e15);
     machine.dram.latency = Nanoseconds(0.0);
-    let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
+    let frame = workload(machine.tiles().geometry, 0, &even_tiles(400, 256, 500));
     // 100 tiles a core, each one cycle to open, 500 pairs of 4, 192 to drain, 16 to finish.
     let bound = 100 * (1 + 500 * 4 + 192 + 16);
     let timing = replay(&frame, &machine).timing;
@@ -281,8 +292,8 @@ fn colours_bound_a_frame_whose_colour_units_are_slow() {
     let mut machine = gscore();
     set_rate(&mut machine, 1e15);
     machine.dram.latency = Nanoseconds(0.0);
-    machine.vru.colour_operations_per_cycle = 7;
-    let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
+    machine.tiles_mut().vru.colour_operations_per_cycle = 7;
+    let frame = workload(machine.tiles().geometry, 0, &even_tiles(400, 256, 500));
     let of = |machine: &Machine, frame: &FrameWorkload| replay(frame, machine).timing;
     let timing = of(&machine, &frame);
     let chunk = (128 * 133_u64).div_ceil(7);
@@ -296,7 +307,7 @@ fn colours_bound_a_frame_whose_colour_units_are_slow() {
     let flat = of(&machine, &flat);
     assert_eq!(flat.unit(UNITS).expect("colour units").busy, 400 * (128 * 6_u64).div_ceil(7));
     // Colours that are there before sorting need no such unit.
-    machine.ccu.fetch = Fetch::VisibleColour;
+    machine.tiles_mut().ccu.fetch = Fetch::VisibleColour;
     assert_eq!(of(&machine, &frame).unit(UNITS), None);
 }
 
@@ -305,7 +316,7 @@ fn bandwidth_bounds_a_frame_with_slow_memory() {
     let mut machine = gscore();
     set_rate(&mut machine, 1e9);
     machine.dram.efficiency = 0.8;
-    let frame = workload(machine.geometry, 20_000, &even_tiles(400, 256, 10));
+    let frame = workload(machine.tiles().geometry, 20_000, &even_tiles(400, 256, 10));
     let replay = replay(&frame, &machine);
     let total = replay.served.total();
     let bound = (total.read + total.write) as f64 / 0.8;
@@ -318,15 +329,16 @@ fn bandwidth_bounds_a_frame_with_slow_memory() {
 fn more_ccus_and_wider_tests_help_when_they_are_the_limit() {
     let mut machine = gscore();
     set_rate(&mut machine, 1e15);
-    machine.buffers.gaussian_in.capacity = Bytes(1 << 20);
-    machine.buffers.tile_list.capacity = Bytes(1 << 20);
-    machine.ccu.latency = 0;
-    let mut frame = workload(machine.geometry, 64_000, &[]);
+    machine.tiles_mut().buffers.gaussian_in.capacity = Bytes(1 << 20);
+    machine.tiles_mut().buffers.tile_list.capacity = Bytes(1 << 20);
+    machine.tiles_mut().ccu.latency = 0;
+    let mut frame = workload(machine.tiles().geometry, 64_000, &[]);
     frame.counters.obb_prepared = 16_000;
     frame.counters.obb_tests = 96_000;
     let end = |units, tests| {
         let mut machine = machine.clone();
-        (machine.ccu.units, machine.ccu.intersection_units) = (units, tests);
+        (machine.tiles_mut().ccu.units, machine.tiles_mut().ccu.intersection_units) =
+            (units, tests);
         replay(&frame, &machine).timing.preprocessing_end as f64
     };
     // 48,000 records without tests take a cycle each, 16,000 hold the entry for 6 tests.
@@ -378,14 +390,14 @@ fn every_byte_that_is_read_was_written_or_uploaded() {
     let (mut clean, mut orphaned) = (0, 0);
     for seed in 0..CASES / 10 {
         let mut machine = Dice::new(seed).machine();
-        if machine.ccu.fetch != Fetch::LazyColour {
-            machine.record.projected = machine.record.feature;
-            machine.record.feature_source = FeatureSource::Ccu;
+        if machine.tiles().ccu.fetch != Fetch::LazyColour {
+            machine.tiles_mut().record.projected = machine.tiles().record.feature;
+            machine.tiles_mut().record.feature_source = FeatureSource::Ccu;
         }
-        let workload = bin(&dense_frame(seed), machine.geometry);
+        let workload = bin(&dense_frame(seed), machine.tiles().geometry);
         // Lists with pointers for every second machine that can have them.
         Dice::new(seed + CASES).lists(&mut workload.clone(), &mut machine, false);
-        let lists = machine.list_shape().map(|shape| ListWrites::new(&workload, shape));
+        let lists = machine.tiles().list_shape().map(|shape| ListWrites::new(&workload, shape));
         let context = FrameContext { lists: lists.as_ref(), ..FrameContext::default() };
         let mut seen = Requests::default();
         let replay = replay_with(&workload, &machine, context, &mut seen);
@@ -393,11 +405,11 @@ fn every_byte_that_is_read_was_written_or_uploaded() {
         let plan = Plan::new(&workload, &machine, &units, &context);
         let uploaded = Layout::new(&workload, &units, &plan, &context).uploaded();
         let orphans = seen.orphans(&uploaded);
-        let expected = match machine.record.feature_source {
+        let expected = match machine.tiles().record.feature_source {
             FeatureSource::Ccu => 0,
             FeatureSource::Nobody => replay.unwritten,
         };
-        if machine.vru.speculation == 0 {
+        if machine.tiles().vru.speculation == 0 {
             assert_eq!(orphans, expected, "seed {seed}");
         }
         // Chunks that are fetched and not needed are not in what a frame must read.

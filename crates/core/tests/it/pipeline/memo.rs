@@ -1,8 +1,9 @@
 //! Machines that take over the preprocessing of an earlier one do exactly what they do alone.
 
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_core::accel::machine::DramModel;
-use powergs_core::accel::{FrameContext, Machine, Memo, replay, replay_again};
+use powergs_core::flow::tile_wise::{FrameContext, Memo, replay, replay_again};
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
 
 use super::support::{Dice, TilePlan, gscore, workload};
 
@@ -12,12 +13,12 @@ fn variants(base: &Machine) -> Vec<Machine> {
     for cores in [1, 2, 3] {
         for units in [1, 2] {
             let mut machine = base.clone();
-            machine.vru.cores = cores;
-            machine.ccu.units = units;
+            machine.tiles_mut().vru.cores = cores;
+            machine.tiles_mut().ccu.units = units;
             all.push(machine.clone());
-            machine.vru.latency += 7;
+            machine.tiles_mut().vru.latency += 7;
             all.push(machine.clone());
-            machine.ccu.latency += 3;
+            machine.tiles_mut().ccu.latency += 3;
             all.push(machine.clone());
             machine.dram.latency.0 *= 2.0;
             all.push(machine);
@@ -35,7 +36,7 @@ fn what_others_have_preprocessed_changes_nothing() {
         if seed % 4 == 0 && base.device.is_some() {
             base.dram.model = DramModel::Calibrated;
         }
-        let frame = dice.workload(base.geometry);
+        let frame = dice.workload(base.tiles().geometry);
         let memo = Memo::default();
         for machine in variants(&base) {
             let given = FrameContext::default();
@@ -54,10 +55,10 @@ fn what_others_have_preprocessed_changes_nothing() {
 fn machines_that_differ_in_front_do_not_share() {
     let machine = gscore();
     let tile = || TilePlan { chunks: vec![(100, 200)], unfetched: 0, pixels: 256 };
-    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    let frame = workload(machine.tiles().geometry, 5000, &[tile(), tile(), tile()]);
     let memo = Memo::default();
     let mut slow = machine.clone();
-    slow.ccu.operations_per_cycle = 20;
+    slow.tiles_mut().ccu.operations_per_cycle = 20;
     let fast = replay_again(&frame, &machine, FrameContext::default(), &memo);
     let slow = replay_again(&frame, &slow, FrameContext::default(), &memo);
     assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);
@@ -69,7 +70,7 @@ fn machines_that_differ_in_front_do_not_share() {
         Machine::parse_with(text, &sets).expect("a good machine")
     };
     let (gbu, without) = (of("cache.capacity=32KiB"), of("cache.capacity=0 B"));
-    assert!(gbu.list_entry() > without.list_entry());
+    assert!(gbu.tiles().list_entry() > without.tiles().list_entry());
     assert!(Memo::shared_by(&gbu).is_some());
     assert_ne!(Memo::shared_by(&gbu), Memo::shared_by(&without));
 }

@@ -1,6 +1,7 @@
 //! The machine once more, cycle by cycle, written from the rules in words (module documentation of
-//! `accel::pipeline` and its parts) and not from the recurrences: nothing is predicted, every unit
-//! counts down, the memory moves tick by tick. Only the cost of a piece of work is shared.
+//! `flow::tile_wise::pipeline` and its parts) and not from the recurrences: nothing is predicted,
+//! every unit counts down, the memory moves tick by tick. Only the cost of a piece of work is
+//! shared.
 
 mod converter;
 mod core;
@@ -9,10 +10,11 @@ pub mod subtiles;
 
 use std::collections::BTreeMap;
 
-use powergs_core::accel::machine::{Fetch, Organisation, Overlap, Switch};
-use powergs_core::accel::schedule::Plan;
-use powergs_core::accel::subtiles::ChunkRun;
-use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
+use powergs_core::flow::tile_wise::schedule::Plan;
+use powergs_core::flow::tile_wise::subtiles::ChunkRun;
+use powergs_core::flow::tile_wise::{Fetch, Organisation, Overlap, Switch};
+use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits};
+use powergs_core::machine::Machine;
 use powergs_core::workload::FrameWorkload;
 
 use self::converter::Converter;
@@ -75,9 +77,9 @@ impl Frame<'_> {
 pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> Seen {
     let design = ResolvedUnits::for_frame(machine, workload);
     let plan = Plan::new(workload, machine, &design, &given);
-    let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
+    let waits_for_lists = machine.tiles().schedule.overlap == Overlap::Tiles;
     let (written, second_pass) = (BTreeMap::new(), u64::MAX);
-    let vru = &machine.vru;
+    let vru = &machine.tiles().vru;
     let is_free = vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free;
     let runs = (!is_free || vru.stop_latency > 0).then(|| {
         let tiles = 0..workload.tiles.len();
@@ -96,10 +98,12 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     };
     let mut memory = Memory::new(workload, machine, &design, &plan, &given);
     let mut seen = Seen::default();
-    let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();
-    let mut cores: Vec<Core> = (0..machine.vru.cores as usize).map(Core::new).collect();
+    let mut converters: Vec<Converter> =
+        (0..machine.tiles().ccu.units).map(|_| Converter::new()).collect();
+    let mut cores: Vec<Core> = (0..machine.tiles().vru.cores as usize).map(Core::new).collect();
     let (mut next_batch, mut next_job, mut now) = (0, 0, 0);
-    let (mut is_binned, mut can_render) = (false, machine.schedule.overlap != Overlap::None);
+    let (mut is_binned, mut can_render) =
+        (false, machine.tiles().schedule.overlap != Overlap::None);
     loop {
         for converter in &mut converters {
             converter.step(now, &mut frame, &mut next_batch, &mut memory);
@@ -128,7 +132,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
         }
         for (i, core) in cores.iter_mut().enumerate() {
             let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 4] };
-            let units = 1..if machine.ccu.fetch == Fetch::LazyColour { 5 } else { 4 };
+            let units = 1..if machine.tiles().ccu.fetch == Fetch::LazyColour { 5 } else { 4 };
             units.for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
             core.tick(machine);
         }

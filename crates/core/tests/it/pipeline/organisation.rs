@@ -1,9 +1,11 @@
 //! What chunks take where units are followed through the sub-tiles of a tile.
 
 use powergs_base::quantity::Bytes;
-use powergs_core::accel::machine::{Organisation, Ports, Switch, Termination};
-use powergs_core::accel::subtiles::{ChunkRun, runs};
-use powergs_core::accel::{Machine, ResolvedUnits};
+use powergs_core::flow::tile_wise::ResolvedUnits;
+use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
+use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
+use powergs_core::machine::Machine;
+use powergs_core::machine::Ports;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 
 use super::oracle;
@@ -16,7 +18,7 @@ const CASES: u64 = 3000;
 fn case(seed: u64) -> Option<(Machine, FrameWorkload, ResolvedUnits)> {
     let mut dice = Dice::new(seed);
     let mut machine = dice.machine();
-    let mut workload = dice.workload(machine.geometry);
+    let mut workload = dice.workload(machine.tiles().geometry);
     dice.organise(&mut workload, &mut machine);
     let units = ResolvedUnits::new(&machine);
     units.vru.discipline.is_some().then_some((machine, workload, units))
@@ -34,7 +36,7 @@ fn chunks_take_what_they_take_cycle_by_cycle() {
             tiles.flat_map(|tile| oracle::subtiles::runs(&workload, &units, tile)).collect();
         assert_eq!(found.len(), workload.chunks.len());
         for (k, (ours, theirs)) in found.iter().zip(&stepped).enumerate() {
-            assert_eq!(ours, theirs, "seed {seed} chunk {k} {:#?}", machine.vru);
+            assert_eq!(ours, theirs, "seed {seed} chunk {k} {:#?}", machine.tiles().vru);
         }
         n += found.len();
         seen[0] += found.iter().map(|run| run.vain).sum::<u64>();
@@ -88,7 +90,7 @@ fn a_gap_in_front_of_a_chunk_is_between_two_exact_counts() {
     let mut sums = [0; 3];
     for seed in 0..CASES {
         let Some((machine, workload, units)) = case(seed) else { continue };
-        if machine.vru.organisation == Organisation::SubtileParallel {
+        if machine.tiles().vru.organisation == Organisation::SubtileParallel {
             let own = with_gaps(&workload, &units, &mut Dice::new(seed + CASES), 100);
             (0..3).for_each(|i| sums[i] += own[i]);
         }
@@ -99,11 +101,11 @@ fn a_gap_in_front_of_a_chunk_is_between_two_exact_counts() {
     let geometry = Geometry { chunk: 16, ..Geometry::REFERENCE };
     let workload = bin(&dense_frame(3), geometry);
     let mut machine = gscore();
-    machine.geometry = geometry;
-    machine.vru.organisation = Organisation::SubtileParallel;
+    machine.tiles_mut().geometry = geometry;
+    machine.tiles_mut().vru.organisation = Organisation::SubtileParallel;
     // Close as long as a queue holds no more than a chunk.
     for (depth, most) in [(2, 0.005), (4, 0.005), (8, 0.005), (16, 0.01), (64, 0.25)] {
-        machine.vru.subtile_queue = depth;
+        machine.tiles_mut().vru.subtile_queue = depth;
         let units = ResolvedUnits::new(&machine);
         let sums = with_gaps(&workload, &units, &mut Dice::new(1), 500);
         assert!(sums[0] > 50 && share(sums) < most, "{depth} {sums:?}");
@@ -116,7 +118,7 @@ fn rendered_frames_agree_with_the_counters_of_their_chunks() {
     let geometry = Geometry { chunk: 64, ..Geometry::REFERENCE };
     let workload = bin(&dense_frame(3), geometry);
     let mut free = gscore();
-    free.geometry = geometry;
+    free.tiles_mut().geometry = geometry;
     let counted = ResolvedUnits::new(&free).vru;
     let with = |change: &dyn Fn(&mut Machine)| {
         let mut machine = free.clone();
@@ -126,16 +128,16 @@ fn rendered_frames_agree_with_the_counters_of_their_chunks() {
     };
     // A change of state that is always hidden.
     let hidden = with(&|m| {
-        m.vru.switch = Switch::State;
-        m.buffers.pixel_out.ports = Ports::ReadAndWrite;
-        m.buffers.pixel_out.word = Bytes(64);
-        m.buffers.pixel_out.banks = 8;
+        m.tiles_mut().vru.switch = Switch::State;
+        m.tiles_mut().buffers.pixel_out.ports = Ports::ReadAndWrite;
+        m.tiles_mut().buffers.pixel_out.word = Bytes(64);
+        m.tiles_mut().buffers.pixel_out.banks = 8;
     });
-    let scanned = with(&|m| m.vru.switch = Switch::Scan);
+    let scanned = with(&|m| m.tiles_mut().vru.switch = Switch::Scan);
     let parallel = |depth| {
         with(&|m| {
-            m.vru.organisation = Organisation::SubtileParallel;
-            m.vru.subtile_queue = depth;
+            m.tiles_mut().vru.organisation = Organisation::SubtileParallel;
+            m.tiles_mut().vru.subtile_queue = depth;
         })
     };
     let (deep, shallow, single) = (parallel(65536), parallel(16), parallel(1));
@@ -193,9 +195,11 @@ fn what_stops_late_works_in_vain() {
             }
             let of = |latency| {
                 let mut machine = gscore();
-                machine.geometry = geometry;
-                (machine.vru.organisation, machine.vru.switch) = (organisation, switch);
-                (machine.vru.termination, machine.vru.stop_latency) = (termination, latency);
+                machine.tiles_mut().geometry = geometry;
+                (machine.tiles_mut().vru.organisation, machine.tiles_mut().vru.switch) =
+                    (organisation, switch);
+                (machine.tiles_mut().vru.termination, machine.tiles_mut().vru.stop_latency) =
+                    (termination, latency);
                 let units = ResolvedUnits::new(&machine);
                 let counted = workload.chunks.iter().map(|chunk| units.vru.pairs(chunk));
                 let all = runs(&workload, &units.vru.discipline.expect("a discipline"));

@@ -3,16 +3,17 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use powergs_core::accel::batch::Batch;
-use powergs_core::accel::bsu::{Bsu, Sort};
-use powergs_core::accel::ccu::Ccu;
-use powergs_core::accel::qsu::{Keys, Qsu};
-use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::vru::{Render, Vru};
-use powergs_core::accel::{
-    FrameContext, Machine, Memo, Rule, RuleError, Unit, UnitRule, UnitRules, replay, replay_again,
-    replay_with,
+use powergs_core::flow::tile_wise::batch::Batch;
+use powergs_core::flow::tile_wise::bsu::{Bsu, Sort};
+use powergs_core::flow::tile_wise::ccu::Ccu;
+use powergs_core::flow::tile_wise::qsu::{Keys, Qsu};
+use powergs_core::flow::tile_wise::vru::{Render, Vru};
+use powergs_core::flow::tile_wise::{
+    FrameContext, Memo, Rule, RuleError, UnitRule, UnitRules, replay, replay_again, replay_with,
 };
+use powergs_core::kernel::Unit;
+use powergs_core::kernel::timeline::Timeline;
+use powergs_core::machine::Machine;
 use powergs_core::sim::{Measured, time};
 use powergs_core::stage::{DRAM_READ, work_id};
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
@@ -42,7 +43,7 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
     for seed in 0..200 {
         let mut dice = Dice::new(seed);
         let mut machine = dice.machine();
-        let mut frame = dice.workload(machine.geometry);
+        let mut frame = dice.workload(machine.tiles().geometry);
         let (hits, reuse) = (dice.hits(&frame), dice.reuse(&frame));
         dice.foveate(&mut frame, &mut machine);
         let lists = dice.lists(&mut frame, &mut machine, reuse.is_some());
@@ -53,7 +54,7 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
             ..FrameContext::default()
         };
         let mut outside = machine.clone();
-        outside.rules = all_from_outside();
+        outside.tiles_mut().rules = all_from_outside();
         let (mut here, mut there) = (Timeline::default(), Timeline::default());
         let built_in = replay_with(&frame, &machine, context, &mut here);
         let ours = replay_with(&frame, &outside, context, &mut there);
@@ -70,13 +71,13 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
 fn names_tell_machines_apart() {
     let machine = gscore();
     let mut outside = machine.clone();
-    outside.rules = all_from_outside();
+    outside.tiles_mut().rules = all_from_outside();
     assert_ne!(outside, machine);
     assert_eq!(outside, outside.clone());
     assert_ne!(format!("{outside:?}"), format!("{machine:?}"));
-    assert_eq!(machine.rules.names(), []);
+    assert_eq!(machine.tiles().rules.names(), []);
     let all = [("ccu", "same"), ("qsu", "same"), ("bsu", "same"), ("vru", "same")];
-    assert_eq!(outside.rules.names(), all);
+    assert_eq!(outside.tiles().rules.names(), all);
     assert_eq!(Memo::shared_by(&outside), None, "its preprocessing is its own");
     assert_eq!(outside.to_toml(), machine.to_toml(), "rules are not in machine files");
 }
@@ -117,7 +118,7 @@ impl<U: Unit> UnitRule<U> for Fixed {
 fn three_tiles() -> (Machine, powergs_core::workload::FrameWorkload) {
     let machine = gscore();
     let tile = || TilePlan { chunks: vec![(256, 500), (100, 200)], unfetched: 0, pixels: 256 };
-    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    let frame = workload(machine.tiles().geometry, 5000, &[tile(), tile(), tile()]);
     (machine, frame)
 }
 
@@ -125,12 +126,12 @@ fn three_tiles() -> (Machine, powergs_core::workload::FrameWorkload) {
 fn busy_cycles_and_actions_are_those_of_the_rule() {
     let (mut machine, frame) = three_tiles();
     let action = Some((work_id("alpha"), 3));
-    machine.rules.vru = Rule::new(Fixed { cycles: 700, stalls: 11, action });
+    machine.tiles_mut().rules.vru = Rule::new(Fixed { cycles: 700, stalls: 11, action });
     let timed = time(0, &frame, &Measured::default(), &machine).expect("accounts close");
     let vru = &timed.timing.units[3];
-    let gang = u64::from(machine.vru.units_per_core);
+    let gang = u64::from(machine.tiles().vru.units_per_core);
     assert_eq!(vru.busy, 6 * 700 * gang, "six chunks");
-    assert_eq!(vru.stalls[powergs_core::accel::Stall::BANK.index()], 6 * 11 * gang);
+    assert_eq!(vru.stalls[powergs_core::stage::Stall::BANK.index()], 6 * 11 * gang);
     // Once for every chunk, and once for every tile.
     assert_eq!(timed.actions.total(work_id("alpha")), (6 + 3) * 3);
     assert_eq!(timed.actions.total(work_id("blend")), 0, "the built-in actions are replaced");
@@ -188,7 +189,7 @@ impl UnitRule<Vru> for Asked<'static> {
 fn every_piece_of_work_is_asked_for_once() {
     static COUNTS: [AtomicU64; 4] = [const { AtomicU64::new(0) }; 4];
     let (mut machine, frame) = three_tiles();
-    machine.rules = UnitRules {
+    machine.tiles_mut().rules = UnitRules {
         ccu: Rule::new(Asked(&COUNTS)),
         qsu: Rule::new(Asked(&COUNTS)),
         bsu: Rule::new(Asked(&COUNTS)),
@@ -207,7 +208,7 @@ fn every_piece_of_work_is_asked_for_once() {
 fn rules_that_break_their_contract_are_refused() {
     let refused = |change: &dyn Fn(&mut UnitRules)| {
         let (mut machine, frame) = three_tiles();
-        change(&mut machine.rules);
+        change(&mut machine.tiles_mut().rules);
         let error = replay(&frame, &machine).rule_error.expect("a violation");
         let refusal = time(0, &frame, &Measured::default(), &machine).expect_err("a refusal");
         assert_eq!(refusal.to_string(), error.to_string());

@@ -1,12 +1,16 @@
 //! Machines and workloads for the tests of the accelerator.
 
-use powergs_core::accel::{Machine, UnitRules};
+use powergs_core::flow::Tables;
+use powergs_core::machine::{
+    AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
+    SecondMasterSpec,
+};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use powergs_base::config::embedded::DRAM;
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
-use powergs_core::accel::machine::*;
+use powergs_core::flow::tile_wise::*;
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::reuse::ListReuse;
 use powergs_core::workload::{
@@ -74,76 +78,107 @@ fn unlinked() -> Machine {
         description: "for tests".into(),
         clock: Hertz(1e9),
         energy: "test".into(),
-        geometry: Geometry::REFERENCE,
-        record: RecordSpec {
-            position: Bytes(6),
-            geometry: Bytes(12),
-            colour: Bytes(103),
-            colour_extra: Bytes(7),
-            projected: Bytes(10),
-            depth_bits: 16,
-            id_bits: 16,
-            id_check: false,
-            entry_bitmap: false,
-            feature: Bytes(19),
-            numbers: None,
-            feature_source: FeatureSource::Nobody,
-            pixel: Bytes(3),
-            feature_pitch: Bytes(32),
-            colour_pitch: Bytes(128),
-        },
-        codebook: CodebookSpec::default(),
-        ccu: CcuSpec {
-            units: 4,
-            operations_per_cycle: 426,
-            operations: operations(),
-            intersection_units: 1,
-            latency: 128,
-            batch: 32,
-            queue: 64,
-            fetch: Fetch::LazyColour,
-        },
-        gsu: GsuSpec {
-            qsu_per_core: 2,
-            pivots: 7,
-            keys_per_cycle: 1,
-            qsu_latency: 64,
-            bsu_per_core: 1,
-            bsu_width: 16,
-            bsu_latency: 4,
-            queue: 1,
-            spill: Spill::Overflow,
-            pivot_rule: PivotRule::Range,
-            depth: DepthKey::Fp16,
-            reuse_period: 1,
-        },
-        vru: VruSpec {
-            cores: 4,
-            units_per_core: 16,
-            pixels_per_unit: 4,
-            latency: 192,
-            recurrence: 4,
-            subtile_skipping: true,
-            termination: Termination::Subtile,
-            blend_stall: 0,
-            speculation: 0,
-            tile_overlap: false,
-            organisation: Organisation::SubtileSerial,
-            switch: Switch::Free,
-            subtile_queue: 16,
-            pixel_state: Bytes(8),
-            stop_latency: 0,
-            colour_operations_per_cycle: 133,
-            colour_latency: 2,
-        },
-        fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
-        buffers: BufferSpecs {
-            gaussian_in: buffer(8),
-            tile_list: buffer(32),
-            sorting: buffer(64),
-            feature: buffer(128),
-            pixel_out: buffer(16),
-        },
+        tables: Tables::new(TileWise {
+            geometry: Geometry::REFERENCE,
+            record: RecordSpec {
+                position: Bytes(6),
+                geometry: Bytes(12),
+                colour: Bytes(103),
+                colour_extra: Bytes(7),
+                projected: Bytes(10),
+                depth_bits: 16,
+                id_bits: 16,
+                id_check: false,
+                entry_bitmap: false,
+                feature: Bytes(19),
+                numbers: None,
+                feature_source: FeatureSource::Nobody,
+                pixel: Bytes(3),
+                feature_pitch: Bytes(32),
+                colour_pitch: Bytes(128),
+            },
+            codebook: CodebookSpec::default(),
+            ccu: CcuSpec {
+                units: 4,
+                operations_per_cycle: 426,
+                operations: operations(),
+                intersection_units: 1,
+                latency: 128,
+                batch: 32,
+                queue: 64,
+                fetch: Fetch::LazyColour,
+            },
+            gsu: GsuSpec {
+                qsu_per_core: 2,
+                pivots: 7,
+                keys_per_cycle: 1,
+                qsu_latency: 64,
+                bsu_per_core: 1,
+                bsu_width: 16,
+                bsu_latency: 4,
+                queue: 1,
+                spill: Spill::Overflow,
+                pivot_rule: PivotRule::Range,
+                depth: DepthKey::Fp16,
+                reuse_period: 1,
+            },
+            vru: VruSpec {
+                cores: 4,
+                units_per_core: 16,
+                pixels_per_unit: 4,
+                latency: 192,
+                recurrence: 4,
+                subtile_skipping: true,
+                termination: Termination::Subtile,
+                blend_stall: 0,
+                speculation: 0,
+                tile_overlap: false,
+                organisation: Organisation::SubtileSerial,
+                switch: Switch::Free,
+                subtile_queue: 16,
+                pixel_state: Bytes(8),
+                stop_latency: 0,
+                colour_operations_per_cycle: 133,
+                colour_latency: 2,
+            },
+            fovea: FoveaSpec {
+                accumulators: 1,
+                level_tests: 4,
+                record: Bytes(19),
+                feature: Bytes(8),
+            },
+            buffers: BufferSpecs {
+                gaussian_in: buffer(8),
+                tile_list: buffer(32),
+                sorting: buffer(64),
+                feature: buffer(128),
+                pixel_out: buffer(16),
+            },
+            binning: BinningSpec {
+                method: BinningMethod::Free,
+                pointer_size: Bytes(4),
+                pointers: buffer(32),
+                combining: buffer(64),
+                line: Bytes(32),
+                partial: PartialWrite::Masked,
+                block: Bytes(1024),
+            },
+            cache: CacheSpec {
+                capacity: Bytes(0),
+                ways: 4,
+                eviction: Eviction::Lru,
+                distance_bits: 8,
+                word: Bytes(32),
+                banks: 1,
+            },
+            schedule: ScheduleSpec {
+                order: TileOrder::Raster,
+                assignment: Assignment::Greedy,
+                merge_below: 0,
+                overlap: Overlap::None,
+            },
+            rules: UnitRules::default(),
+        }),
         dram: DramSpec {
             model: DramModel::Bandwidth,
             bandwidth: None,
@@ -155,32 +190,8 @@ fn unlinked() -> Machine {
             controller_latency: Nanoseconds(40.0),
             second_master: no_second_master(),
         },
-        binning: BinningSpec {
-            method: BinningMethod::Free,
-            pointer_size: Bytes(4),
-            pointers: buffer(32),
-            combining: buffer(64),
-            line: Bytes(32),
-            partial: PartialWrite::Masked,
-            block: Bytes(1024),
-        },
-        cache: CacheSpec {
-            capacity: Bytes(0),
-            ways: 4,
-            eviction: Eviction::Lru,
-            distance_bits: 8,
-            word: Bytes(32),
-            banks: 1,
-        },
-        schedule: ScheduleSpec {
-            order: TileOrder::Raster,
-            assignment: Assignment::Greedy,
-            merge_below: 0,
-            overlap: Overlap::None,
-        },
         gating: GatingSpec { units: false, residual: 0.1 },
         device: None,
-        rules: UnitRules::default(),
     }
 }
 
@@ -269,9 +280,10 @@ impl Dice {
         let chunk = self.pick(&[1, 3, 4, 8]);
         let mut machine = gscore();
         let (subtile, sort_group) = (self.pick(&[4, 8]), self.pick(&[16, 16, 32, 64]));
-        machine.geometry = Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
+        machine.tiles_mut().geometry =
+            Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
         let bytes = |dice: &mut Self, most| Bytes(u64::from(dice.roll(0, most)));
-        machine.record = RecordSpec {
+        machine.tiles_mut().record = RecordSpec {
             numbers: None,
             position: bytes(self, 6),
             geometry: bytes(self, 12),
@@ -288,7 +300,7 @@ impl Dice {
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         };
-        machine.ccu = CcuSpec {
+        machine.tiles_mut().ccu = CcuSpec {
             units: self.roll(1, 3),
             operations_per_cycle: self.roll(100, 500),
             operations: operations(),
@@ -303,7 +315,7 @@ impl Dice {
                 Fetch::LazyColour,
             ]),
         };
-        machine.gsu = GsuSpec {
+        machine.tiles_mut().gsu = GsuSpec {
             qsu_per_core: self.roll(1, 2),
             pivots: self.roll(1, 3),
             keys_per_cycle: self.roll(1, 2),
@@ -317,7 +329,7 @@ impl Dice {
             depth: DepthKey::Fp16,
             reuse_period: 1,
         };
-        machine.vru = VruSpec {
+        machine.tiles_mut().vru = VruSpec {
             cores: self.roll(1, 3),
             units_per_core: self.pick(&[1, 4, 16]),
             pixels_per_unit: self.pick(&[1, 4]),
@@ -333,10 +345,10 @@ impl Dice {
             blend_stall: self.roll(0, 2),
             speculation: self.roll(0, 3),
             tile_overlap: self.roll(0, 1) == 1,
-            ..machine.vru
+            ..machine.tiles().vru
         };
-        if machine.vru.termination == Termination::Pixel {
-            machine.vru.pixels_per_unit = 4;
+        if machine.tiles().vru.termination == Termination::Pixel {
+            machine.tiles_mut().vru.pixels_per_unit = 4;
         }
         let buffer = |dice: &mut Self, most| BufferSpec {
             capacity: bytes(dice, most),
@@ -344,7 +356,7 @@ impl Dice {
             banks: dice.pick(&[1, 2, 8]),
             ports: dice.pick(&[Ports::ReadOrWrite, Ports::ReadAndWrite]),
         };
-        machine.schedule = ScheduleSpec {
+        machine.tiles_mut().schedule = ScheduleSpec {
             order: self.pick(&[TileOrder::Raster, TileOrder::Morton, TileOrder::Hilbert]),
             assignment: self.pick(&[
                 Assignment::Static,
@@ -355,7 +367,7 @@ impl Dice {
             merge_below: self.pick(&[0, 0, 10, 50]),
             overlap: self.pick(&[Overlap::None, Overlap::None, Overlap::Tiles, Overlap::Frames]),
         };
-        machine.buffers = BufferSpecs {
+        machine.tiles_mut().buffers = BufferSpecs {
             gaussian_in: buffer(self, 600),
             tile_list: buffer(self, 400),
             sorting: buffer(self, 150),
@@ -454,8 +466,8 @@ impl Dice {
             w.slot[rank] = self.roll(0, splats - 1);
             w.index[rank] = self.roll(0, points - 1);
         }
-        let can_count = machine.schedule.overlap == Overlap::None;
-        let (entry, line) = (machine.list_entry(), self.pick(&[16, 32, 64]));
+        let can_count = machine.tiles().schedule.overlap == Overlap::None;
+        let (entry, line) = (machine.tiles().list_entry(), self.pick(&[16, 32, 64]));
         let buffer = |dice: &mut Self, unit: u64| BufferSpec {
             capacity: Bytes(unit * dice.pick(&[0, 1, 3, 100])),
             word: Bytes(dice.pick(&[4, 32])),
@@ -463,7 +475,7 @@ impl Dice {
             ports: dice.pick(&[Ports::ReadOrWrite, Ports::ReadAndWrite]),
         };
         let line = line.max(entry.next_power_of_two());
-        machine.binning = BinningSpec {
+        machine.tiles_mut().binning = BinningSpec {
             method: self.pick(&match can_count {
                 true => [BinningMethod::Append, BinningMethod::TwoPass],
                 false => [BinningMethod::Append; 2],
@@ -475,7 +487,7 @@ impl Dice {
             partial: self.pick(&[PartialWrite::Masked, PartialWrite::ReadModifyWrite]),
             block: Bytes(line * self.pick(&[1, 4])),
         };
-        machine.list_shape().map(|shape| ListWrites::new(w, shape))
+        machine.tiles().list_shape().map(|shape| ListWrites::new(w, shape))
     }
 
     /// Sort groups with the lists of their tiles.
@@ -512,7 +524,7 @@ impl Dice {
         if self.roll(0, 1) == 0 {
             return;
         }
-        machine.fovea = FoveaSpec {
+        machine.tiles_mut().fovea = FoveaSpec {
             accumulators: self.roll(1, 2),
             level_tests: self.roll(1, 4),
             record: Bytes(u64::from(self.roll(0, 19))),
@@ -557,9 +569,9 @@ impl Dice {
 
     /// A colour unit that is fast enough or not.
     pub fn colour(&mut self, machine: &mut Machine) {
-        machine.vru.colour_operations_per_cycle = self.pick(&[7, 50, 133, 4000]);
-        machine.vru.colour_latency = self.pick(&[0, 0, 1, 13]);
-        machine.codebook = CodebookSpec {
+        machine.tiles_mut().vru.colour_operations_per_cycle = self.pick(&[7, 50, 133, 4000]);
+        machine.tiles_mut().vru.colour_latency = self.pick(&[0, 0, 1, 13]);
+        machine.tiles_mut().codebook = CodebookSpec {
             entries: self.pick(&[0, 0, 0, 16]),
             entry: Bytes(u64::from(self.roll(1, 90))),
             word: Bytes(u64::from(self.roll(1, 32))),
@@ -573,7 +585,7 @@ impl Dice {
         if self.roll(0, 1) == 0 {
             return;
         }
-        let (g, vru) = (machine.geometry, &mut machine.vru);
+        let (g, vru) = (machine.tiles().geometry, &mut machine.tiles_mut().vru);
         let (serial, parallel) = (Organisation::SubtileSerial, Organisation::SubtileParallel);
         (vru.organisation, vru.switch) = self.pick(&[
             (parallel, Switch::Free),

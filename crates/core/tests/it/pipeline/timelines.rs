@@ -3,9 +3,10 @@
 
 use expect_test::{Expect, expect};
 use powergs_base::quantity::{Bytes, Nanoseconds};
-use powergs_core::accel::machine::Fetch;
-use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::{FrameContext, Machine, replay_with};
+use powergs_core::flow::tile_wise::Fetch;
+use powergs_core::flow::tile_wise::{FrameContext, replay_with};
+use powergs_core::kernel::timeline::Timeline;
+use powergs_core::machine::Machine;
 use powergs_core::workload::{FrameWorkload, Geometry};
 
 use super::support::{TilePlan, buffer, gscore, set_rate, workload};
@@ -13,14 +14,16 @@ use super::support::{TilePlan, buffer, gscore, set_rate, workload};
 /// One CCU and one core with short pipelines and chunks of 4.
 fn small() -> Machine {
     let mut m = gscore();
-    m.geometry = Geometry { chunk: 4, ..Geometry::REFERENCE };
-    (m.ccu.units, m.ccu.batch, m.ccu.latency) = (1, 4, 2);
-    m.ccu.fetch = Fetch::LazyColour;
-    (m.gsu.qsu_per_core, m.gsu.qsu_latency, m.gsu.pivots) = (1, 0, 1);
-    (m.gsu.bsu_width, m.gsu.bsu_latency) = (4, 1);
-    (m.vru.cores, m.vru.latency, m.vru.units_per_core) = (1, 2, 64);
-    (m.record.feature, m.record.colour) = (Bytes(16), Bytes(8));
-    (m.record.projected, m.record.pixel) = (Bytes(2), Bytes(1));
+    m.tiles_mut().geometry = Geometry { chunk: 4, ..Geometry::REFERENCE };
+    (m.tiles_mut().ccu.units, m.tiles_mut().ccu.batch, m.tiles_mut().ccu.latency) = (1, 4, 2);
+    m.tiles_mut().ccu.fetch = Fetch::LazyColour;
+    (m.tiles_mut().gsu.qsu_per_core, m.tiles_mut().gsu.qsu_latency, m.tiles_mut().gsu.pivots) =
+        (1, 0, 1);
+    (m.tiles_mut().gsu.bsu_width, m.tiles_mut().gsu.bsu_latency) = (4, 1);
+    (m.tiles_mut().vru.cores, m.tiles_mut().vru.latency, m.tiles_mut().vru.units_per_core) =
+        (1, 2, 64);
+    (m.tiles_mut().record.feature, m.tiles_mut().record.colour) = (Bytes(16), Bytes(8));
+    (m.tiles_mut().record.projected, m.tiles_mut().record.pixel) = (Bytes(2), Bytes(1));
     set_rate(&mut m, 32e9);
     m.dram.latency = Nanoseconds(3.0);
     m
@@ -46,7 +49,7 @@ fn tile(chunks: &[(u32, u32)]) -> TilePlan {
 /// Three tiles: two chunks after one pass, none, one chunk. Their colours are there.
 fn three_tiles(machine: &Machine) -> FrameWorkload {
     let tiles = [tile(&[(4, 2), (3, 1)]), tile(&[]), tile(&[(4, 2)])];
-    let mut frame = workload(machine.geometry, 10, &tiles);
+    let mut frame = workload(machine.tiles().geometry, 10, &tiles);
     frame.chunks.iter_mut().for_each(|chunk| chunk.first_loads = 0);
     frame
 }
@@ -69,7 +72,7 @@ fn a_small_frame() {
 #[test]
 fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
     let mut machine = small();
-    machine.buffers.feature = buffer(Bytes(64));
+    machine.tiles_mut().buffers.feature = buffer(Bytes(64));
     check(
         &machine,
         &three_tiles(&machine),
@@ -101,7 +104,7 @@ fn a_slow_memory_starves_everybody() {
 #[test]
 fn two_cores_share_the_queue_of_tiles() {
     let mut machine = small();
-    machine.vru.cores = 2;
+    machine.tiles_mut().vru.cores = 2;
     check(
         &machine,
         &three_tiles(&machine),
@@ -122,8 +125,8 @@ fn two_cores_share_the_queue_of_tiles() {
 #[test]
 fn a_slow_colour_unit_is_waited_for() {
     let mut machine = small();
-    machine.vru.colour_operations_per_cycle = 19;
-    let frame = workload(machine.geometry, 0, &[tile(&[(4, 2), (3, 1)])]);
+    machine.tiles_mut().vru.colour_operations_per_cycle = 19;
+    let frame = workload(machine.tiles().geometry, 0, &[tile(&[(4, 2), (3, 1)])]);
     let expected = expect![[r#"
         ccu0 |.....................................................
         qsu0 |llll00000000b........................................

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::sim::statistics::Record;
 use toml::Value;
 

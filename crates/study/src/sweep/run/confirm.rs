@@ -99,7 +99,7 @@ fn announce(
     let Some(&(t, first)) = to_do.first().filter(|_| machine_frames > FEW) else { return Ok(()) };
     let planned = &plan.designs[first as usize];
     let Ok(design) = sweep.designs.design(planned.point) else { return Ok(()) };
-    let (geometry, fps) = (design.machine.geometry, sweep.file.display_fps);
+    let (geometry, fps) = (design.machine.tiles().geometry, sweep.file.display_fps);
     let frames = &mut *sweep.traces[t].frames;
     let start = frames.range().start;
     let window = Window::bin(frames, geometry, start, 1)?;

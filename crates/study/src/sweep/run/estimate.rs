@@ -11,7 +11,7 @@ use super::plan::{Plan, PlannedDesign};
 use super::running::Running;
 use super::watch::SweepWatch;
 use crate::sweep::design::Design;
-use powergs_core::accel::Memo;
+use powergs_core::flow::tile_wise::Memo;
 use powergs_core::run::{RunError, Window};
 
 /// Points that are planned; of a larger space this many are a sample.
@@ -142,12 +142,14 @@ fn cost(
         let middle = range.start + range.len() / 2;
         let (mut bins, mut times) = (Vec::new(), Times::default());
         let began = Instant::now();
-        for designs in sample.chunk_by(|a, b| a.machine.geometry == b.machine.geometry) {
+        for designs in
+            sample.chunk_by(|a, b| a.machine.tiles().geometry == b.machine.tiles().geometry)
+        {
             if !bins.is_empty() && began.elapsed() > PATIENCE {
                 break;
             }
             let started = Instant::now();
-            let geometry = designs[0].machine.geometry;
+            let geometry = designs[0].machine.tiles().geometry;
             let window = Window::bin(&mut *trace.frames, geometry, middle, 1)?;
             bins.push(started.elapsed().as_secs_f64());
             times.of(designs, &window, display_fps, began);

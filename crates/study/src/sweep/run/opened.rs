@@ -18,7 +18,7 @@ use powergs_base::budget::Budget;
 use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::run::files::{DiskFiles, Files, raw};
 use powergs_core::run::{Input, RunError};
 use toml::Value;

@@ -13,7 +13,7 @@ use crate::sweep::design::{Design, Rejected};
 use crate::sweep::outcome::OUTCOME_VERSION;
 use crate::sweep::space::facts;
 use crate::sweep::table::Facts;
-use powergs_core::accel::machine::DramModel;
+use powergs_core::machine::DramModel;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::cost::untimed;
 use powergs_core::workload::Geometry;
@@ -195,7 +195,7 @@ fn planned(point: Option<u64>, design: &Design) -> PlanFound {
         let (label, message) = (priced.label.clone(), priced.prices.as_ref().err()?.clone());
         Some((i, Rejected::Price { label, message }))
     });
-    PlanFound::Design(planned, design.machine.geometry, priced, unpriced.collect())
+    PlanFound::Design(planned, design.machine.tiles().geometry, priced, unpriced.collect())
 }
 
 /// Hash of what an energy table and the display make of a timing.

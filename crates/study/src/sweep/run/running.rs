@@ -39,8 +39,8 @@ impl Running {
 
     fn frame(&mut self, frame: &BinnedFrame, display_fps: f64) -> Result<(), RunError> {
         let machine = &self.designs[0].machine;
-        let workload = &frame.bins[&machine.geometry].workload;
-        let measured = match machine.gsu.reuse_period {
+        let workload = &frame.bins[&machine.tiles().geometry].workload;
+        let measured = match machine.tiles().gsu.reuse_period {
             1 => Measured::needed(workload, machine),
             _ => Measured::of(workload, frame.eye, machine, &mut self.lists, false),
         };

@@ -15,7 +15,7 @@ use super::{
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
-use powergs_core::accel::machine::{NO_DEVICE, Optional};
+use powergs_core::machine::{NO_DEVICE, Optional};
 use powergs_core::run::identity::{content_id, timing_id};
 use powergs_core::sim::cost::untimed;
 use powergs_dram::Device;

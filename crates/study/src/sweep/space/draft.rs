@@ -6,7 +6,7 @@ use super::{
 };
 use crate::sweep::expr;
 use powergs_base::config::knob;
-use powergs_core::accel::machine::NO_DEVICE;
+use powergs_core::machine::NO_DEVICE;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::quantity::Bytes;
-use powergs_core::accel::Machine;
+use powergs_core::machine::Machine;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
@@ -117,7 +117,10 @@ fn zips_and_variants_set_several_keys() {
     assert_eq!(space.columns(), ["geometry.tile", "geometry.sort-group", "memory"]);
     assert_eq!(column(&space, "memory"), ["base", "fast", "base", "fast"]);
     let made = design(&space, 3);
-    assert_eq!((made.machine.geometry.tile, made.machine.geometry.sort_group), (16, 32));
+    assert_eq!(
+        (made.machine.tiles().geometry.tile, made.machine.tiles().geometry.sort_group),
+        (16, 32)
+    );
     assert_eq!(made.machine.dram_peak().0, 102.4e9);
     assert_eq!(made.machine.dram.latency.0, 80.0);
     assert_eq!(made.setting("memory").and_then(|v| v.as_str()), Some("fast"));
@@ -151,9 +154,9 @@ fn derived_keys_follow_axes_and_each_other() {
          \"dram.latency\" = \"160 / clock\"",
     );
     let made = design(&space, 3);
-    assert_eq!(made.machine.buffers.sorting.capacity, Bytes(256 << 10));
-    assert_eq!(made.machine.buffers.feature.capacity, Bytes(512 << 10));
-    assert_eq!((made.machine.gsu.pivots, made.machine.dram.latency.0), (7, 160.0));
+    assert_eq!(made.machine.tiles().buffers.sorting.capacity, Bytes(256 << 10));
+    assert_eq!(made.machine.tiles().buffers.feature.capacity, Bytes(512 << 10));
+    assert_eq!((made.machine.tiles().gsu.pivots, made.machine.dram.latency.0), (7, 160.0));
     let test = |i| design(&space, i).setting("geometry.test").expect("a column").to_string();
     assert_eq!((test(0), test(3)), ("\"ellipse\"".to_owned(), "\"aabb\"".to_owned()));
 }
@@ -265,7 +268,7 @@ fn a_huge_space_costs_nothing() {
     let space = space(&lines);
     assert_eq!(space.proposed(), 1_000_000_000_000);
     let made = design(&space, 999_999_999_999);
-    assert_eq!((made.machine.vru.latency, made.machine.ccu.latency), (1000, 1000));
+    assert_eq!((made.machine.tiles().vru.latency, made.machine.tiles().ccu.latency), (1000, 1000));
     let mut grid = space.selected();
     assert_eq!((grid.next(), grid.nth(999_998)), (Some(0), Some(999_999)));
     assert_eq!(space.point(1_000_001).expect("a point").digits, [0, 1, 0, 1]);
@@ -277,7 +280,7 @@ fn bytes_survive_whatever_the_unit() {
         "[[axes]]\nkey = \"vru.cores\"\nvalues = [1, 3]\n\
          [derived]\nbuffers.feature.capacity = \"vru.cores * 33333 B\"",
     );
-    assert_eq!(design(&space, 1).machine.buffers.feature.capacity, Bytes(99_999));
+    assert_eq!(design(&space, 1).machine.tiles().buffers.feature.capacity, Bytes(99_999));
 }
 
 const GROUP: &str = "geometry.sort-group";
@@ -293,7 +296,7 @@ fn dependent_keys_follow_the_tile() {
         ("geometry.subtile", "max(min(8, geometry.tile), geometry.tile / 4)"),
     ];
     assert_eq!(space.carried(), carried);
-    let geometry = |i| space.design(i).map(|d| d.machine.geometry).expect("a machine");
+    let geometry = |i| space.design(i).map(|d| d.machine.tiles().geometry).expect("a machine");
     let sizes: Vec<(u32, u32)> =
         (0..4).map(|i| (geometry(i).sort_group, geometry(i).subtile)).collect();
     assert_eq!(sizes, [(8, 8), (16, 8), (32, 8), (64, 16)]);
@@ -301,7 +304,8 @@ fn dependent_keys_follow_the_tile() {
     let serial = format!("question = \"?\"\nbase = \"gscore-powergs\"\n{tiles}");
     let file = SweepFile::parse(&serial).unwrap_or_else(|e| panic!("{e}"));
     let space = Space::new(&file, Arc::new(EmbeddedFiles)).unwrap_or_else(|e| panic!("{e}"));
-    let subtiles = [0, 3].map(|i| space.design(i).expect("a machine").machine.geometry.subtile);
+    let subtiles =
+        [0, 3].map(|i| space.design(i).expect("a machine").machine.tiles().geometry.subtile);
     assert_eq!(subtiles, [8, 8]);
     assert!(space.columns().contains(&"geometry.sort-group".to_owned()));
 
@@ -309,7 +313,7 @@ fn dependent_keys_follow_the_tile() {
     let space = super::space::space(&said);
     let groups = |space: &Space| space.carried().iter().any(|(key, _)| *key == GROUP);
     assert!(!groups(&space));
-    assert_eq!(space.design(0).expect("a machine").machine.geometry.sort_group, 32);
+    assert_eq!(space.design(0).expect("a machine").machine.tiles().geometry.sort_group, 32);
     let axis = format!("{tiles}[[axes]]\nkey = \"geometry.sort-group\"\nvalues = [64, 128]");
     assert!(!groups(&super::space::space(&axis)));
     assert!(super::space::space("").carried().is_empty());

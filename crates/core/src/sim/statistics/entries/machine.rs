@@ -1,7 +1,7 @@
 //! Where the cycles of the units went, how long tiles took, and how often each action happened.
 
 use super::{List, count, real};
-use crate::accel::{Histogram, UnitCycles};
+use crate::kernel::{Histogram, UnitCycles};
 use crate::sim::FrameReport;
 use crate::sim::statistics::Key;
 use crate::stage::{hardware, stage};

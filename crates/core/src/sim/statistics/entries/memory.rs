@@ -1,7 +1,7 @@
 //! DRAM activity and buffer occupancy.
 
 use super::{List, count, real};
-use crate::accel::{BufferUse, DramUse, FrameTiming};
+use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::sim::statistics::Key;
 use crate::sim::{CycleReport, FrameReport};
 use crate::stage::hardware;

@@ -1,9 +1,9 @@
 //! A CCU, counting down.
 
-use powergs_core::accel::Unit;
-use powergs_core::accel::batch::{Batch, Pass};
-use powergs_core::accel::ccu::Ccu;
-use powergs_core::accel::traffic::pairs_written;
+use powergs_core::flow::tile_wise::batch::{Batch, Pass};
+use powergs_core::flow::tile_wise::ccu::Ccu;
+use powergs_core::flow::tile_wise::traffic::pairs_written;
+use powergs_core::kernel::Unit;
 
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};

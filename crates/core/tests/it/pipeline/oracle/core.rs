@@ -2,13 +2,15 @@
 
 use std::collections::VecDeque;
 
-use powergs_core::accel::bsu::Sort;
-use powergs_core::accel::layout::AccessPattern;
-use powergs_core::accel::machine::Fetch;
-use powergs_core::accel::schedule::Job;
-use powergs_core::accel::traffic::ChunkLoad;
-use powergs_core::accel::vru::Render;
-use powergs_core::accel::{Machine, ResolvedUnits, Unit};
+use powergs_core::flow::tile_wise::Fetch;
+use powergs_core::flow::tile_wise::ResolvedUnits;
+use powergs_core::flow::tile_wise::bsu::Sort;
+use powergs_core::flow::tile_wise::layout::AccessPattern;
+use powergs_core::flow::tile_wise::schedule::Job;
+use powergs_core::flow::tile_wise::traffic::ChunkLoad;
+use powergs_core::flow::tile_wise::vru::Render;
+use powergs_core::kernel::Unit;
+use powergs_core::machine::Machine;
 use powergs_core::workload::ChunkWork;
 use powergs_energy::flops::colour_share;
 use powergs_frame::scene::ShDegree;
@@ -502,7 +504,7 @@ impl Core {
     }
 
     pub fn tick(&mut self, machine: &Machine) {
-        let vru = &machine.vru;
+        let vru = &machine.tiles().vru;
         for chunk in &mut self.chunks {
             let latency = u64::from(vru.colour_latency);
             let after = |left: u64| match left {
@@ -549,13 +551,13 @@ impl Frame<'_> {
     /// SH degree, those of further levels as many as a finished pixel. And the cycles in which its
     /// codebook gives their entries, word by word, as many at once as there are banks.
     fn colour_work(&self, chunk: &ChunkWork) -> [u64; 2] {
-        if self.machine.ccu.fetch != Fetch::LazyColour {
+        if self.machine.tiles().ccu.fetch != Fetch::LazyColour {
             return [0, 0];
         }
-        let full = f64::from(self.machine.ccu.operations.sh_colour);
+        let full = f64::from(self.machine.tiles().ccu.operations.sh_colour);
         let one = (full * colour_share(self.workload.sh_degree)).round() as u64;
         let loads = u64::from(chunk.first_loads);
-        let book = &self.machine.codebook;
+        let book = &self.machine.tiles().codebook;
         let has_entries = book.entries > 0 && self.workload.sh_degree != ShDegree::ZERO;
         let words = book.entry.0.div_ceil(book.word.0);
         let each = if has_entries { words.div_ceil(u64::from(book.banks)) } else { 0 };

@@ -3,12 +3,13 @@
 
 use std::collections::VecDeque;
 
-use powergs_core::accel::dram::{Dram, TICKS};
-use powergs_core::accel::layout::{AccessPattern, Layout};
-use powergs_core::accel::machine::DramModel;
-use powergs_core::accel::schedule::Plan;
-use powergs_core::accel::stream::Stream;
-use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
+use powergs_core::flow::tile_wise::layout::{AccessPattern, Layout};
+use powergs_core::flow::tile_wise::schedule::Plan;
+use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits};
+use powergs_core::kernel::dram::{Dram, TICKS};
+use powergs_core::kernel::stream::Stream;
+use powergs_core::machine::DramModel;
+use powergs_core::machine::Machine;
 use powergs_core::workload::FrameWorkload;
 use powergs_dram::{self, Banked};
 
@@ -36,7 +37,6 @@ pub struct Memory<'a> {
     /// Femtoseconds of a cycle and of a CK.
     clocks: (u64, u64),
     pub layout: Layout<'a>,
-    workload: &'a FrameWorkload,
     /// Tick at which each ticket is done.
     done: Vec<Option<u64>>,
     pub requests: u64,
@@ -66,7 +66,6 @@ impl<'a> Memory<'a> {
                 machine.device.as_ref().map_or(1, |device| fs(device.clock_period.0)),
             ),
             layout: Layout::new(workload, design, plan, given),
-            workload,
             done: Vec::new(),
             requests: 0,
             read: [0; 3],
@@ -131,11 +130,11 @@ impl<'a> Memory<'a> {
         let (cycle, ck) = self.clocks;
         match &mut self.kind {
             Kind::Banked(device, spans) => {
-                let (layout, workload) = (&self.layout, self.workload);
+                let layout = &self.layout;
                 let until = (now + 1) * cycle / ck;
                 let mut pieces = |ticket: u32| {
                     let (span, cursor) = &mut spans[ticket as usize];
-                    layout.piece(span, cursor, workload)
+                    layout.piece(span, cursor)
                 };
                 while let Some((end, ticket)) = device.advance(until, &mut pieces) {
                     let done = (end * ck).div_ceil(cycle).max(now + 1);

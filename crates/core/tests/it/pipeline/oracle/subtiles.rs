@@ -4,9 +4,9 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use powergs_core::accel::ResolvedUnits;
-use powergs_core::accel::machine::{Organisation, Switch, Termination};
-use powergs_core::accel::subtiles::ChunkRun;
+use powergs_core::flow::tile_wise::ResolvedUnits;
+use powergs_core::flow::tile_wise::subtiles::ChunkRun;
+use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
 use powergs_core::workload::FrameWorkload;
 
 /// A tile on the units of a core.

@@ -1,0 +1,435 @@
+//! Consistency of the keys of a machine file.
+
+mod binning;
+
+use super::{FeatureSource, Fetch, Organisation, Switch, Termination, TileWise};
+use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
+use powergs_base::quantity::Bytes;
+use powergs_frame::scene::ShDegree;
+
+/// The largest side of a sort group, pixels.
+const SORT_GROUP_MAX: u32 = 512;
+
+/// Every contradiction.
+pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
+    let mut found = Found::default();
+    geometry(machine, &mut found);
+    records(machine, &mut found);
+    colours(machine, &mut found);
+    features(machine, &mut found);
+    numbers(machine, &mut found);
+    pitches(machine, &mut found);
+    sizes(machine, &mut found);
+    words(machine, &mut found);
+    organisation(machine, &mut found);
+    late_colours(machine, &mut found);
+    binning::check(machine, &mut found);
+    codebook(machine, &mut found);
+    if found.is_empty() {
+        fits(machine, &mut found);
+    }
+    found.all()
+}
+
+fn geometry(m: &TileWise, found: &mut Found) {
+    let g = &m.geometry;
+    let powers = [
+        ("geometry.tile", g.tile),
+        ("geometry.subtile", g.subtile),
+        ("gsu.bsu-width", m.gsu.bsu_width),
+    ];
+    for (key, n) in powers.into_iter().filter(|(_, n)| !n.is_power_of_two()) {
+        let (below, above) = (1 << n.ilog2(), n.next_power_of_two());
+        found.add(key, format!("`{key}` = {n} must be a power of two: {below} or {above}"));
+        found.ends_with(key, above);
+    }
+    if g.subtile > g.tile || !g.tile.is_multiple_of(g.subtile) {
+        let message = format!(
+            "`geometry.subtile` = {} does not divide `geometry.tile` = {}: a tile is a whole \
+             number of sub-tiles",
+            g.subtile, g.tile
+        );
+        found.add("geometry.subtile", message);
+        if g.subtile > g.tile {
+            found.ends_with("geometry.subtile", g.tile);
+        }
+    }
+    let is_group = |n: u32| n.is_power_of_two() && (g.tile..=SORT_GROUP_MAX).contains(&n);
+    if g.tile.is_power_of_two() && !is_group(g.sort_group) {
+        let message = format!(
+            "`geometry.sort-group` = {} must be `geometry.tile` = {} or a power of two above it, \
+             at most {SORT_GROUP_MAX}: a group is a square of tiles",
+            g.sort_group, g.tile
+        );
+        found.add("geometry.sort-group", message);
+        found.ends_with("geometry.sort-group", g.tile);
+    }
+}
+
+/// Units that are divided over sub-tiles, or go from one to the next.
+fn organisation(m: &TileWise, found: &mut Found) {
+    let (g, vru) = (&m.geometry, &m.vru);
+    if g.subtile == 0 || g.tile < g.subtile {
+        return;
+    }
+    let (units, subtiles) = (vru.units_per_core, g.subtiles());
+    let is_parallel = vru.organisation == Organisation::SubtileParallel;
+    if is_parallel && !units.is_multiple_of(subtiles) {
+        let message = format!(
+            "`vru.organisation` = \"subtile-parallel\" divides `vru.units-per-core` = {units} over \
+             the {subtiles} sub-tiles of a tile (`geometry.tile` = {}, `geometry.subtile` = {}): \
+             it must be a multiple of {subtiles}",
+            g.tile, g.subtile
+        );
+        found.add("vru.units-per-core", message);
+        found.ends_with("vru.units-per-core", units.next_multiple_of(subtiles));
+    }
+    if is_parallel && vru.switch != Switch::Free {
+        let message = format!(
+            "`vru.switch` = \"{}\" contradicts `vru.organisation` = \"subtile-parallel\", in \
+             which no unit goes from one sub-tile to another: set `vru.switch` = \"free\"",
+            vru.switch.name()
+        );
+        found.add("vru.switch", message);
+        found.ends_with("vru.switch", "free");
+    }
+    if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
+        let message = "`vru.switch` = \"scan\" contradicts `vru.termination` = \"tile\": units \
+                       that scan one sub-tile after the other cannot stop with the tile; set \
+                       `vru.termination` = \"subtile\"";
+        found.add("vru.switch", message.to_owned());
+        found.ends_with("vru.termination", "subtile");
+    }
+    if vru.termination == Termination::Pixel && vru.pixels_per_unit != 4 {
+        let message = format!(
+            "`vru.termination` = \"pixel\" contradicts `vru.pixels-per-unit` = {}: pixels stop one \
+             by one in units that rotate through 2x2 of them; set `vru.pixels-per-unit` = 4 or \
+             `vru.termination` = \"subtile\"",
+            vru.pixels_per_unit
+        );
+        found.add("vru.termination", message);
+        found.ends_with("vru.pixels-per-unit", 4);
+    }
+    if !(1..=RECORD_MAX.0).contains(&vru.pixel_state.0) {
+        let message = format!(
+            "`vru.pixel-state` = {} must be from 1 B to {RECORD_MAX}: transmittance and colour of \
+             a pixel",
+            vru.pixel_state
+        );
+        found.add("vru.pixel-state", message);
+    }
+}
+
+fn records(m: &TileWise, found: &mut Found) {
+    let r = &m.record;
+    let all = [
+        ("record.position", r.position, 1),
+        ("record.geometry", r.geometry, 0),
+        ("record.colour", r.colour, 0),
+        ("record.colour-extra", r.colour_extra, 0),
+        ("record.projected", r.projected, 0),
+        ("record.feature", r.feature, 1),
+        ("record.pixel", r.pixel, 1),
+        ("fovea.record", m.fovea.record, 0),
+        ("fovea.feature", m.fovea.feature, 0),
+    ];
+    for (key, size, least) in all {
+        if size < Bytes(least) {
+            found.add(key, format!("`{key}` must be at least {} B", least));
+        }
+        if size > RECORD_MAX {
+            found.add(key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?"));
+        }
+    }
+}
+
+/// Numbers of a feature record: its form, three; its place, two; opacity; colour.
+const FEATURE_NUMBERS: u64 = 9;
+
+/// A feature record holds the numbers that rendering units read.
+fn numbers(m: &TileWise, found: &mut Found) {
+    let Some(format) = m.record.numbers else { return };
+    let least = Bytes((FEATURE_NUMBERS * u64::from(format.bits())).div_ceil(8));
+    if m.record.feature < least {
+        let message = format!(
+            "`record.numbers` = \"{format}\" and `record.feature` = {} contradict each other: \
+             nine numbers of {} bits have {least}; set `record.feature` to that, or `numbers` to \
+             a shorter format",
+            m.record.feature,
+            format.bits()
+        );
+        found.add("record.numbers", message);
+        found.ends_with("record.feature", least);
+    }
+    if format.exponent_bits() < 4 {
+        let message = format!(
+            "`record.numbers` = \"{format}\": places in a tile need four bits of exponent, as in \
+             e4m3"
+        );
+        found.add("record.numbers", message);
+    }
+}
+
+/// Every byte that rendering reads was written by somebody, or the machine says that it was not.
+fn features(m: &TileWise, found: &mut Found) {
+    let r = &m.record;
+    if r.feature_source == FeatureSource::Nobody {
+        return;
+    }
+    if m.ccu.fetch == Fetch::LazyColour {
+        let message = "`record.feature-source` = \"ccu\" needs colours before the lists are \
+                       rendered, and `ccu.fetch` = \"lazy-colour\" reads them later: set \
+                       `ccu.fetch` = \"visible-colour\", or `record.feature-source` = \"nobody\"";
+        found.add("record.feature-source", message.into());
+        found.ends_with("record.feature-source", "nobody");
+    }
+    if r.projected != r.feature {
+        let message = format!(
+            "`record.feature-source` = \"ccu\": a CCU writes `record.projected` = {} of a splat \
+             and `record.feature` = {} are read: set both to the same, or \
+             `record.feature-source` = \"nobody\"",
+            r.projected, r.feature
+        );
+        found.add("record.feature-source", message);
+        found.ends_with("record.projected", r.feature);
+    }
+}
+
+/// Colours that are read late are evaluated by somebody.
+fn late_colours(m: &TileWise, found: &mut Found) {
+    if m.ccu.fetch == Fetch::LazyColour && m.vru.colour_operations_per_cycle == 0 {
+        let message = "`vru.colour-operations-per-cycle` = 0 contradicts `ccu.fetch` = \
+                       \"lazy-colour\", with which cores read colours and evaluate them: give it \
+                       the operations a cycle of their colour units, e.g. 133, or set \
+                       `ccu.fetch` = \"visible-colour\"";
+        found.add("vru.colour-operations-per-cycle", message.to_owned());
+        found.ends_with("ccu.fetch", "visible-colour");
+    }
+}
+
+/// What of a colour record is not its coefficients is a part of it.
+fn colours(m: &TileWise, found: &mut Found) {
+    let r = &m.record;
+    if r.colour_extra > r.colour {
+        let message = format!(
+            "`record.colour-extra` = {} is more than `record.colour` = {}: it is the part of it \
+             that does not depend on the SH degree",
+            r.colour_extra, r.colour
+        );
+        found.add("record.colour-extra", message);
+    }
+}
+
+/// Records in DRAM do not overlap, and their addresses stay below 2^64.
+fn pitches(m: &TileWise, found: &mut Found) {
+    let r = &m.record;
+    let all = [
+        ("record.feature-pitch", r.feature_pitch, "record.feature", r.feature),
+        ("record.colour-pitch", r.colour_pitch, "record.colour", r.colour),
+    ];
+    for (key, pitch, record, size) in all {
+        if pitch < size || pitch == Bytes(0) {
+            let message = format!("`{key}` = {pitch} must be at least `{record}` = {size}");
+            found.add(key, message);
+            found.ends_with(key, size);
+        }
+        if pitch > RECORD_MAX {
+            found.add(key, format!("`{key}` = {pitch} is above {RECORD_MAX}: a typing error?"));
+        }
+    }
+}
+
+/// A word is a part of a bank: an access reads it whole.
+fn words(m: &TileWise, found: &mut Found) {
+    let keys = [
+        "buffers.gaussian-in.word",
+        "buffers.tile-list.word",
+        "buffers.sorting.word",
+        "buffers.feature.word",
+        "buffers.pixel-out.word",
+    ];
+    let buffers = keys.into_iter().zip(m.buffers.all().map(|b| (b.word, b.capacity)));
+    let b = &m.binning;
+    let optional = [
+        ("cache.word", m.cache.word, m.cache.capacity),
+        ("binning.pointers.word", b.pointers.word, b.pointers.capacity),
+        ("binning.combining.word", b.combining.word, b.combining.capacity),
+    ];
+    let optional = optional
+        .into_iter()
+        .filter(|(key, _, capacity)| capacity.0 > 0 && (*key != "cache.word" || m.cache.ways > 0));
+    for (key, (word, capacity)) in buffers.chain(optional.map(|(key, w, c)| (key, (w, c)))) {
+        if word == Bytes(0) || word > capacity {
+            let message = format!("`{key}` = {word} must be from 1 B to the capacity, {capacity}");
+            found.add(key, message);
+            if word > capacity {
+                found.ends_with(key, capacity);
+            }
+        }
+    }
+    for (key, size) in [
+        ("cache.capacity", m.cache.capacity),
+        ("binning.pointers.capacity", b.pointers.capacity),
+        ("binning.combining.capacity", b.combining.capacity),
+    ] {
+        if size > SIZE_MAX {
+            found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?"));
+        }
+    }
+}
+
+/// A table of colours has words, and is no larger than any other buffer.
+fn codebook(m: &TileWise, found: &mut Found) {
+    let book = &m.codebook;
+    if book.entries == 0 {
+        return;
+    }
+    if book.entry == Bytes(0) || book.entry > RECORD_MAX {
+        let message = format!("`codebook.entry` = {} must be 1 B to {RECORD_MAX}", book.entry);
+        found.add("codebook.entry", message);
+        return;
+    }
+    if book.word == Bytes(0) || book.word > RECORD_MAX {
+        let message = format!("`codebook.word` = {} must be 1 B to {RECORD_MAX}", book.word);
+        found.add("codebook.word", message);
+        return;
+    }
+    // Entries are whole words.
+    let copy = u64::from(book.entries).saturating_mul(book.words()).saturating_mul(book.word.0);
+    if copy > SIZE_MAX.0 {
+        let message = format!(
+            "`codebook.entries` = {} of {} are above {SIZE_MAX}: a typing error?",
+            book.entries, book.entry
+        );
+        found.add("codebook.entries", message);
+    }
+    let (record, pitch) = (m.record.of(ShDegree::MAX, book).colour, m.record.colour_pitch);
+    if record > pitch {
+        let message = format!(
+            "`record.colour-pitch` = {pitch} is less than the {record} of a record with the number \
+             of one of {} entries",
+            book.entries
+        );
+        found.add("record.colour-pitch", message);
+        found.ends_with("record.colour-pitch", record);
+    }
+}
+
+fn sizes(m: &TileWise, found: &mut Found) {
+    let keys = [
+        "buffers.gaussian-in.capacity",
+        "buffers.tile-list.capacity",
+        "buffers.sorting.capacity",
+        "buffers.feature.capacity",
+        "buffers.pixel-out.capacity",
+    ];
+    for (key, size) in keys.into_iter().zip(m.buffers.all().map(|b| b.capacity)) {
+        if size == Bytes(0) {
+            found.add(key, format!("`{key}` must be above zero"));
+        }
+        if size > SIZE_MAX {
+            found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?"));
+        }
+    }
+}
+
+/// Least capacity of one buffer: bytes, and the reason.
+struct Need {
+    key: &'static str,
+    capacity: Bytes,
+    bytes: u128,
+    because: String,
+}
+
+fn fits(m: &TileWise, found: &mut Found) {
+    for need in needs(m).into_iter().filter(|n| u128::from(n.capacity.0) < n.bytes) {
+        let shown = u64::try_from(need.bytes).map_or("more".into(), |b| Bytes(b).to_string());
+        let message = format!(
+            "`{}` = {} is too small: {} need {shown}; enlarge it or shrink one of them",
+            need.key, need.capacity, need.because
+        );
+        found.add(need.key, message);
+        if need.bytes <= u128::from(SIZE_MAX.0) {
+            found.ends_with(need.key, Bytes(need.bytes as u64));
+        }
+    }
+}
+
+fn needs(m: &TileWise) -> Vec<Need> {
+    let (g, r, b) = (&m.geometry, &m.record, &m.buffers);
+    let product = |factors: &[u64]| factors.iter().map(|&n| u128::from(n)).product();
+    let (cores, chunk) = (u64::from(m.vru.cores), u64::from(g.chunk));
+    let (units, entry) = (u64::from(m.ccu.units), m.list_entry());
+    let read = match m.ccu.fetch {
+        Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
+            r.position + r.geometry + r.colour
+        }
+        Fetch::LazyColour => r.position + r.geometry,
+    };
+    vec![
+        Need {
+            key: "buffers.gaussian-in.capacity",
+            capacity: b.gaussian_in.capacity,
+            bytes: product(&[2, units, read.0]),
+            because: format!(
+                "two records per unit (2 x `ccu.units` {units} x {} B that `ccu.fetch` reads)",
+                read.0
+            ),
+        },
+        Need {
+            key: "buffers.tile-list.capacity",
+            capacity: b.tile_list.capacity,
+            bytes: product(&[2, units, entry]),
+            because: format!(
+                "two entries per unit (2 x `ccu.units` {units} x entries of {entry} B: \
+                 `record.entry-bitmap`, `record.id-bits`)"
+            ),
+        },
+        Need {
+            key: "buffers.sorting.capacity",
+            capacity: b.sorting.capacity,
+            bytes: product(&[cores, chunk, entry]),
+            because: format!(
+                "the list entries of one chunk per core (`vru.cores` {cores} x `geometry.chunk` \
+                 {chunk} x entries of {entry} B: `record.entry-bitmap`, `record.id-bits`)"
+            ),
+        },
+        Need {
+            key: "buffers.feature.capacity",
+            capacity: b.feature.capacity,
+            bytes: product(&[2, cores, chunk, r.feature.0]),
+            because: format!(
+                "two chunks per core (2 x `vru.cores` {cores} x `geometry.chunk` {chunk} x \
+                 `record.feature` {} B)",
+                r.feature.0
+            ),
+        },
+        Need {
+            key: "buffers.pixel-out.capacity",
+            capacity: b.pixel_out.capacity,
+            bytes: product(&[2, cores, u64::from(g.subtile).pow(2), r.pixel.0])
+                + product(&[cores, m.state_bytes().0]),
+            because: format!(
+                "two sub-tiles per core (2 x `vru.cores` {cores} x `geometry.subtile` {0} x {0} x \
+                 `record.pixel` {1} B){2}",
+                g.subtile,
+                r.pixel.0,
+                state(m)
+            ),
+        },
+    ]
+}
+
+/// What the pixel state of tiles adds to a need; empty where the pixel buffer holds none.
+fn state(m: &TileWise) -> String {
+    match m.state_bytes() {
+        Bytes(0) => String::new(),
+        bytes => format!(
+            " and the pixel state of a tile per core (`vru.switch` = \"{}\": {bytes}, \
+             `vru.pixel-state` {} for each pixel of `geometry.tile` {2} x {2})",
+            m.vru.switch.name(),
+            m.vru.pixel_state,
+            m.geometry.tile
+        ),
+    }
+}

@@ -1,0 +1,333 @@
+//! The pipeline: when each unit works, with finite buffers, several cores and one shared DRAM.
+//!
+//! **Preprocessing.** Batches are taken in storage order. A CCU takes the next batch when it holds
+//! fewer than `ccu.queue` and its share of the input buffer admits a full one, at most one a cycle.
+//! It issues the first read of the batch at once, and the second when the first has arrived. It
+//! processes its batches in order: a batch enters the unit when all its data has arrived and the
+//! tile-list buffer admits its results, and frees its input buffer when its last record has
+//! entered. `latency` cycles later its results are written to DRAM; the tile-list buffer is freed
+//! when the write is complete. Preprocessing ends when all writes are complete.
+//!
+//! **Tiles.** Jobs are taken in the order of the schedule (`schedule`). Every core is a pipeline of
+//! three stages (`core`): the list-fetch stage takes the next job when it has a free slot, reads
+//! the job's list and runs the QSU passes; the chunk-issue stage sends the chunks of one job, in
+//! order, into the feature buffer and to the BSU; the VRU renders the chunks in order and writes
+//! the pixels. A chunk that reads colours passes the colour unit first (`colour`).
+//!
+//! **Overlap.** A tile's list is complete only when its last Gaussian has been binned and written,
+//! so with `schedule.overlap = "none"` cores begin when preprocessing has ended (A28). With `tiles`
+//! each list is read as soon as it is complete. With `frames` cores begin at once: they render this
+//! frame while the CCUs preprocess the next one, which is taken to be like this one (A81).
+//!
+//! **Ties.** Within a cycle, CCUs act before cores, each in the order of their number; this decides
+//! which one gets the next batch or job, and whose DRAM request is issued first.
+//!
+//! Events are batches and chunks, never cycles or splats. A test oracle steps through the same
+//! rules cycle by cycle (`pipeline/oracle.rs` of the tests).
+
+mod ccu_state;
+mod chunk_issue;
+mod colour_stage;
+mod core;
+mod feature_queue;
+mod list_completion;
+mod list_fetch;
+pub mod memo;
+mod render;
+
+use std::ops::Range;
+
+use crate::flow::tile_wise::FrameContext;
+use crate::flow::tile_wise::Overlap;
+use crate::flow::tile_wise::batch::{Batches, Pass};
+use crate::flow::tile_wise::bsu::Bsu;
+use crate::flow::tile_wise::ccu::{Ccu, GAUSSIAN_IN, TILE_LIST};
+use crate::flow::tile_wise::colour;
+use crate::flow::tile_wise::layout::{AccessPattern, Layout};
+use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
+use crate::flow::tile_wise::pipeline::core::Core;
+use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
+use crate::flow::tile_wise::pipeline::memo::Memo;
+use crate::flow::tile_wise::qsu::{Qsu, SORTING};
+use crate::flow::tile_wise::resolved::ResolvedUnits;
+use crate::flow::tile_wise::rules::RuleCheck;
+use crate::flow::tile_wise::schedule::{Job, Plan};
+use crate::flow::tile_wise::traffic::pairs_written;
+use crate::flow::tile_wise::vru::{FEATURE, PIXEL_OUT, Vru};
+use crate::kernel::buffer::usage;
+use crate::kernel::calibration::Recording;
+use crate::kernel::event_queue::EventQueue;
+use crate::kernel::ledger::Ledger;
+use crate::kernel::memory::{Arrival, Memory, NEVER, Request};
+use crate::kernel::stream::Stream;
+use crate::kernel::timeline::Observer;
+use crate::kernel::traffic::Traffic;
+use crate::kernel::unit::Unit;
+use crate::kernel::{BufferUse, FrameTiming, Histogram, UnitCycles};
+use crate::machine::Machine;
+use crate::stage::Stall;
+use crate::workload::FrameWorkload;
+use powergs_energy::action::{ActionCounts, StageId};
+
+/// The memory, with the layout of tile-wise frames.
+type TileMemory<'a> = Memory<'a, Layout<'a>>;
+
+/// State that CCUs and cores share.
+struct Shared<'a, O> {
+    units: &'a ResolvedUnits,
+    workload: &'a FrameWorkload,
+    plan: &'a Plan,
+    context: FrameContext<'a>,
+    memory: TileMemory<'a>,
+    /// Whether the results of a CCU are written in the order of its batches: requests complete in
+    /// order, no core waits for list completion, and no batch leaves its entries in lines on chip,
+    /// so that it has nothing to write.
+    in_order: bool,
+    batches: Batches<'a>,
+    next_batch: u32,
+    next_job: u32,
+    lists: ListCompletion,
+    /// Checks the results of unit rules from outside the crate.
+    rule_check: RuleCheck,
+    observer: &'a mut O,
+}
+
+impl<O: Observer> Shared<'_, O> {
+    #[inline]
+    fn issue(
+        &mut self,
+        now: u64,
+        owner: u32,
+        stream: Stream,
+        bytes: u64,
+        span: impl FnOnce(&Layout) -> AccessPattern,
+    ) -> Arrival {
+        self.memory.issue(now, Request { owner, stream, bytes }, span, self.observer)
+    }
+}
+
+impl<O> Shared<'_, O> {
+    /// Starts again with the first record, if the records were only counted so far.
+    fn begin_second_pass(&mut self) -> bool {
+        let is_counted = first_pass(&self.context) == Pass::Count;
+        if is_counted {
+            let (workload, batch) = (self.workload, self.units.ccu.batch);
+            let batches = Batches::new(workload, batch, pairs_written(workload, &self.context));
+            self.batches = batches.with_lists(Pass::Scatter, self.context.lists);
+        }
+        is_counted
+    }
+
+    /// Whether the pipeline of a VRU drains behind this tile: it does behind the last tile of a job
+    /// that has chunks.
+    fn drains(&self, job: &Job, tile: u32) -> bool {
+        let tiles = self.plan.tiles_of(job);
+        let is_filled = |t: &&u32| self.workload.tiles[**t as usize].chunks > 0;
+        !self.units.vru.spec.tile_overlap && tiles.iter().rfind(is_filled) == Some(&tile)
+    }
+}
+
+/// The agents of the event queue: CCUs, then cores.
+struct Agents {
+    ccus: Vec<CcuState>,
+    cores: Vec<Core>,
+}
+
+impl Agents {
+    fn new(units: &ResolvedUnits) -> Self {
+        let ccus = units.ccu.spec.units;
+        let cores = 0..units.vru.spec.cores;
+        Self {
+            ccus: (0..ccus).map(|ccu| CcuState::new(ccu, ccu, units)).collect(),
+            cores: cores.map(|core| Core::new(core, ccus + core, units)).collect(),
+        }
+    }
+
+    /// Runs `agents` from cycle `start` until none has an event left.
+    fn drive<O: Observer>(&mut self, agents: Range<usize>, start: u64, shared: &mut Shared<O>) {
+        let mut events = EventQueue::new(&agents, start);
+        let mut now = start;
+        while now != NEVER {
+            while events.next_cycle() == now {
+                let agent = events.next_agent();
+                let wake = self.step(agent, now, shared);
+                debug_assert!(wake > now, "no event after cycle {now}");
+                events.set(agent, wake);
+                if shared.lists.take_growth() {
+                    // Cores act after CCUs in the same cycle.
+                    (self.ccus.len()..agents.end).for_each(|core| events.set(core, now));
+                }
+            }
+            while let Some((cycle, owner)) = shared.memory.advance(events.next_cycle()) {
+                events.wake_by(owner as usize, cycle.max(now + 1));
+            }
+            now = events.next_cycle();
+        }
+    }
+
+    #[inline]
+    fn step<O: Observer>(&mut self, agent: usize, now: u64, shared: &mut Shared<O>) -> u64 {
+        let ccus = self.ccus.len();
+        match self.ccus.get_mut(agent) {
+            Some(ccu) => ccu.step(now, shared),
+            None => {
+                let core = &mut self.cores[agent - ccus];
+                core.account(now, shared.observer);
+                core.step(now, shared)
+            }
+        }
+    }
+
+    fn account(&mut self, now: u64, observer: &mut impl Observer) {
+        self.ccus.iter_mut().for_each(|c| c.account(now, observer));
+        self.cores.iter_mut().for_each(|c| c.account(now, observer));
+    }
+
+    fn buffers(&self) -> Vec<BufferUse> {
+        let cores = &self.cores;
+        vec![
+            usage(GAUSSIAN_IN, self.ccus.iter().map(|c| &c.input)),
+            usage(TILE_LIST, self.ccus.iter().map(|c| &c.output)),
+            usage(SORTING, cores.iter().map(|c| &c.list_fetch.keys)),
+            usage(FEATURE, cores.iter().map(|c| &c.features.buffer)),
+            usage(PIXEL_OUT, cores.iter().map(|c| &c.render.pixels)),
+        ]
+    }
+}
+
+/// The results of the pipeline for a frame.
+#[derive(Debug)]
+pub struct Outcome {
+    /// When.
+    pub timing: FrameTiming,
+    /// DRAM bytes, speculation included.
+    pub traffic: Traffic,
+    /// Actions of speculative work that was not used.
+    pub speculation: ActionCounts,
+    /// Whether unit rules from outside of the crate kept to their contract.
+    pub(super) rule_check: RuleCheck,
+    /// Requests to a device with their times, for an observer that wants them.
+    pub(super) recording: Option<Recording>,
+}
+
+/// Runs a frame through the pipeline. `memo` must belong to this frame; an observer that wants to
+/// see preprocessing must not pass one.
+pub(crate) fn run<O: Observer>(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    units: &ResolvedUnits,
+    plan: &Plan,
+    context: FrameContext,
+    memo: Option<&Memo>,
+    observer: &mut O,
+) -> Outcome {
+    let overlap = machine.tiles().schedule.overlap;
+    let layout = Layout::new(workload, units, plan, &context);
+    let memory = TileMemory::new(layout, machine, units.dram, context.calibration);
+    let mut shared = Shared {
+        units,
+        workload,
+        plan,
+        context,
+        in_order: memory.keeps_order() && overlap != Overlap::Tiles && context.lists.is_none(),
+        memory,
+        batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context))
+            .with_lists(first_pass(&context), context.lists),
+        next_batch: 0,
+        next_job: 0,
+        lists: ListCompletion::new(overlap == Overlap::Tiles),
+        rule_check: RuleCheck::new(instances(units)),
+        observer,
+    };
+    let mut agents = Agents::new(units);
+    let (ccus, all) = (agents.ccus.len(), agents.ccus.len() + agents.cores.len());
+    let preprocessing_end = match overlap {
+        Overlap::None => {
+            let memo = memo.filter(|_| memo::is_apart(machine, &shared));
+            memo::preprocess(&mut agents, &mut shared, machine, memo);
+            let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
+            agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
+            agents.drive(ccus..all, end, &mut shared);
+            end
+        }
+        Overlap::Tiles | Overlap::Frames => {
+            agents.drive(0..all, 0, &mut shared);
+            agents.ccus.iter().map(|c| c.end).max().unwrap_or(0)
+        }
+    };
+    let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end, u64::max);
+    let shared = finish(&mut agents, frame, shared);
+    outcome(&agents, preprocessing_end, frame, shared)
+}
+
+/// What CCUs do with the records at first.
+fn first_pass(context: &FrameContext) -> Pass {
+    let counts = context.lists.is_some_and(|lists| lists.counts_first());
+    if counts { Pass::Count } else { Pass::Whole }
+}
+
+/// Closes all accounts at the end of the frame.
+fn finish<'a, O: Observer>(
+    agents: &mut Agents,
+    frame: u64,
+    mut shared: Shared<'a, O>,
+) -> Shared<'a, O> {
+    shared.memory.close(frame);
+    agents.account(frame, shared.observer);
+    let ccu = &shared.units.ccu;
+    agents.ccus.iter_mut().for_each(|c| c.close(frame, |batch| ccu.held(batch)));
+    agents.cores.iter_mut().for_each(|core| core.close(frame));
+    shared
+}
+
+fn outcome<O: Observer>(
+    agents: &Agents,
+    preprocessing_end: u64,
+    frame: u64,
+    mut shared: Shared<O>,
+) -> Outcome {
+    let (units, cores) = (shared.units, &agents.cores);
+    let mut unit_cycles = vec![
+        sum(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger)),
+        sum(Qsu::STAGE, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+        sum(Bsu::STAGE, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
+        sum(Vru::STAGE, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
+    ];
+    if units.colour.is_some() {
+        unit_cycles.push(sum(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
+    }
+    let mut speculation = ActionCounts::default();
+    let mut tile_cycles = Histogram::EMPTY;
+    for core in cores {
+        speculation.add(&core.issue.speculation);
+        tile_cycles.add(&core.render.tile_cycles);
+    }
+    let (dram, buffers) = (shared.memory.usage(), agents.buffers());
+    let timing =
+        FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
+    let traffic = shared.memory.traffic();
+    let recording = if O::WANTS_TIMES { shared.memory.recording() } else { None };
+    Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }
+}
+
+/// Units of all kinds in the machine.
+fn instances(units: &ResolvedUnits) -> u64 {
+    let (gsu, vru) = (&units.qsu.spec, &units.vru.spec);
+    let per_core = [gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core].map(u64::from);
+    u64::from(units.ccu.spec.units) + u64::from(vru.cores) * per_core.iter().sum::<u64>()
+}
+
+/// Sums the ledgers of gangs of `gang` units each.
+fn sum<'a>(unit: StageId, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
+    let stalls = [0; Stall::MOST];
+    let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };
+    for ledger in ledgers {
+        sum.instances += gang;
+        sum.busy += ledger.busy * u64::from(gang);
+        sum.idle += ledger.idle * u64::from(gang);
+        for (total, cycles) in sum.stalls.iter_mut().zip(ledger.stalls) {
+            *total += cycles * u64::from(gang);
+        }
+    }
+    sum
+}

@@ -1,0 +1,244 @@
+//! The list-fetch stage of a core: reads the lists of jobs, and partitions them in the QSUs.
+//!
+//! The stage takes the next job while it holds fewer than `gsu.queue` (A29). Jobs stay in order.
+//! The list of a job is read once it is complete and the core's share of the sorting buffer admits
+//! its keys beside those of earlier jobs. The QSUs run the passes of one job after the other. Then
+//! the job waits until the chunk-issue stage is free. Its keys stay in the sorting buffer until its
+//! last chunk has been sorted.
+
+use std::collections::VecDeque;
+
+use crate::flow::tile_wise::layout::Layout;
+use crate::flow::tile_wise::pipeline::{NEVER, Shared};
+use crate::flow::tile_wise::qsu::{Keys, LIST, SPILL};
+use crate::flow::tile_wise::schedule::Job;
+use crate::kernel::buffer::BufferAllocator;
+use crate::kernel::memory::Arrival;
+use crate::kernel::stream::Stream;
+use crate::kernel::timeline::{Observer, State};
+use crate::stage::Stall;
+
+/// The state of a job: what it waits for, or the operation in progress.
+#[derive(Debug, Clone, Copy)]
+enum Waiting {
+    /// It waits until its list is complete.
+    ListIncomplete,
+    /// It waits until the sorting buffer admits its keys.
+    BufferFull,
+    /// Its list is being read.
+    Reading(Arrival),
+    /// A QSU pass is in progress.
+    Partitioning(ListFetchPass),
+    /// It waits for the chunk-issue stage.
+    Ready,
+}
+
+/// A pass of the QSUs over the keys of a job.
+#[derive(Debug, Clone, Copy)]
+struct ListFetchPass {
+    /// Passes behind it.
+    left: u32,
+    /// Cycle in which its keys would have moved if no bank were in conflict.
+    busy: u64,
+    /// Cycle in which its keys have moved.
+    keys: u64,
+    /// The read of spilled keys that is in flight.
+    spill: Option<Arrival>,
+}
+
+/// A job that the stage holds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FetchedJob {
+    /// Position in the plan.
+    pub job: u32,
+    /// Its first tile.
+    pub tile: u32,
+    keys: Keys,
+    waits: Waiting,
+}
+
+/// The stage, with the core's share of the sorting buffer.
+#[derive(Debug)]
+pub(super) struct ListFetch {
+    core: u32,
+    owner: u32,
+    held: VecDeque<FetchedJob>,
+    /// With static assignment, the next job of this core.
+    next: u32,
+    pub keys: BufferAllocator,
+    /// Cycles in which keys are freed, with their bytes.
+    releases: VecDeque<(u64, u64)>,
+}
+
+impl ListFetch {
+    pub(crate) fn new(core: u32, owner: u32, share: u64) -> Self {
+        let (held, releases) = (VecDeque::new(), VecDeque::new());
+        Self { core, owner, held, next: core, keys: BufferAllocator::new(share), releases }
+    }
+
+    /// Frees the keys of jobs whose last chunk has been sorted.
+    pub(crate) fn release_sorted(&mut self, now: u64) {
+        while let Some((_, bytes)) = self.releases.pop_front_if(|r| r.0 <= now) {
+            self.keys.release(now, bytes);
+        }
+    }
+
+    /// Frees the keys of a job in cycle `at`, in which its last chunk will have been sorted.
+    pub(crate) fn release_at(&mut self, now: u64, at: u64, bytes: u64) {
+        if at <= now {
+            self.keys.release(now, bytes);
+        } else {
+            self.releases.push_back((at, bytes));
+        }
+    }
+
+    /// Begins the next pass, or ends partitioning, where a list has arrived or a pass is done.
+    pub(crate) fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        for held in &mut self.held {
+            let left = match held.waits {
+                Waiting::Ready => continue,
+                Waiting::Reading(read) if shared.memory.at(read) <= now => held.keys.passes,
+                Waiting::Partitioning(pass) if pass.is_done(now, shared) => pass.left,
+                Waiting::ListIncomplete
+                | Waiting::BufferFull
+                | Waiting::Reading(_)
+                | Waiting::Partitioning(_) => return,
+            };
+            if left > 0 {
+                let pass =
+                    ListFetchPass::begin(held.keys, left - 1, now, self.core, self.owner, shared);
+                held.waits = Waiting::Partitioning(pass);
+                return;
+            }
+            held.waits = Waiting::Ready;
+        }
+    }
+
+    /// Takes the first job out once it is ready.
+    pub(crate) fn take_ready(&mut self) -> Option<FetchedJob> {
+        self.held.pop_front_if(|held| matches!(held.waits, Waiting::Ready))
+    }
+
+    /// Takes jobs while there are free slots, and issues list reads while the buffer admits them.
+    pub(crate) fn fetch<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        while self.held.len() < shared.units.qsu.spec.queue as usize {
+            let Some((index, job)) = self.take(shared) else { break };
+            let (tile, keys) = (shared.plan.tiles_of(job)[0], job.keys);
+            self.held.push_back(FetchedJob {
+                job: index,
+                tile,
+                keys,
+                waits: Waiting::ListIncomplete,
+            });
+        }
+        for held in &mut self.held {
+            let job = &shared.plan.jobs[held.job as usize];
+            if matches!(held.waits, Waiting::ListIncomplete) && shared.lists.has(job.complete_after)
+            {
+                held.waits = Waiting::BufferFull;
+            }
+            let bytes = shared.units.qsu.resident(&held.keys);
+            match held.waits {
+                Waiting::ListIncomplete => return,
+                Waiting::BufferFull if !self.keys.admits(bytes) => return,
+                Waiting::BufferFull => {
+                    self.keys.fill(now, bytes);
+                    let span = |layout: &Layout| layout.list(job, job.read);
+                    let read = shared.issue(now, self.owner, Stream::Lists, job.read, span);
+                    held.waits = Waiting::Reading(read);
+                }
+                Waiting::Reading(_) | Waiting::Partitioning(_) | Waiting::Ready => {}
+            }
+        }
+    }
+
+    /// Takes the next job of this core from the schedule.
+    fn take<'a, O>(&mut self, shared: &mut Shared<'a, O>) -> Option<(u32, &'a Job)> {
+        let plan = shared.plan;
+        let next = if plan.is_static { &mut self.next } else { &mut shared.next_job };
+        let index = *next;
+        let job = plan.jobs.get(index as usize)?;
+        *next += if plan.is_static { shared.units.vru.spec.cores } else { 1 };
+        Some((index, job))
+    }
+
+    fn working(&self) -> Option<&FetchedJob> {
+        self.held.iter().find(|held| !matches!(held.waits, Waiting::Ready))
+    }
+
+    /// State of the QSUs after the events of cycle `now`.
+    pub(crate) fn state(&self, now: u64) -> State {
+        let Some(held) = self.working() else {
+            return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::OUTPUT) };
+        };
+        match held.waits {
+            Waiting::Partitioning(pass) if pass.busy > now => State::Busy(held.tile),
+            Waiting::Partitioning(pass) if pass.keys > now => State::Stalled(Stall::BANK),
+            Waiting::Partitioning(_) => State::Stalled(SPILL),
+            Waiting::Reading(_) if held.keys.held > 0 => State::Stalled(LIST),
+            Waiting::Reading(_) | Waiting::ListIncomplete => State::Stalled(Stall::INPUT),
+            Waiting::BufferFull | Waiting::Ready => State::Stalled(Stall::OUTPUT),
+        }
+    }
+
+    /// The stall cause of the units behind this stage while they have no work.
+    pub(crate) fn wait(&self, now: u64) -> State {
+        match self.state(now) {
+            State::Idle => State::Idle,
+            State::Stalled(cause) if cause == LIST || cause == SPILL => State::Stalled(cause),
+            State::Busy(_) | State::Stalled(_) => State::Stalled(Stall::INPUT),
+        }
+    }
+
+    pub(crate) fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
+        let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
+        let at = |arrival: Arrival| later(shared.memory.at(arrival));
+        let working = self.working().map_or(NEVER, |held| match held.waits {
+            Waiting::ListIncomplete | Waiting::BufferFull | Waiting::Ready => NEVER,
+            Waiting::Reading(read) => at(read),
+            Waiting::Partitioning(pass) => {
+                let spill = pass.spill.map_or(NEVER, at);
+                later(pass.busy).min(later(pass.keys)).min(spill)
+            }
+        });
+        let is_blocked = self.held.iter().any(|held| matches!(held.waits, Waiting::BufferFull));
+        let release = self.releases.front().map_or(NEVER, |r| later(r.0));
+        working.min(if is_blocked { release } else { NEVER })
+    }
+
+    /// Closes the account of the sorting buffer at the end of the frame.
+    pub(crate) fn close(&mut self, now: u64) {
+        while let Some((_, bytes)) = self.releases.pop_front() {
+            self.keys.release(now, bytes);
+        }
+    }
+}
+
+impl ListFetchPass {
+    /// Begins a pass of `keys` with `left` passes behind it.
+    fn begin<O: Observer>(
+        keys: Keys,
+        left: u32,
+        now: u64,
+        core: u32,
+        owner: u32,
+        shared: &mut Shared<O>,
+    ) -> ListFetchPass {
+        let units = shared.units;
+        let overflow = units.qsu.overflow(&keys);
+        let one = Keys { passes: 1, before: keys.passes - left - 1, ..keys };
+        let (cycles, stalls) = units.rules.qsu.times(&units.qsu, &one, &mut shared.rule_check);
+        let busy = now + cycles;
+        let mut pass = ListFetchPass { left, busy, keys: busy + stalls, spill: None };
+        if overflow > 0 {
+            let pattern = |layout: &Layout| layout.spill(core, overflow);
+            shared.issue(now, owner, Stream::SpillOut, overflow, pattern);
+            pass.spill = Some(shared.issue(now, owner, Stream::SpillIn, overflow, pattern));
+        }
+        pass
+    }
+
+    fn is_done<O>(&self, now: u64, shared: &Shared<O>) -> bool {
+        self.keys <= now && self.spill.is_none_or(|spill| shared.memory.at(spill) <= now)
+    }
+}

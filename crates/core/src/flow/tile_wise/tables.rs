@@ -1,0 +1,819 @@
+//! The tables of a machine file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::rules::UnitRules;
+use crate::machine::{BufferSpec, Machine, Ports};
+use crate::workload::Geometry;
+use crate::workload::binning::ListShape;
+
+pub use crate::workload::cache::Eviction;
+use crate::workload::cache::Victims;
+pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
+use powergs_base::config::layer;
+use powergs_base::number::NumberFormat;
+use powergs_base::quantity::{Bytes, Hertz};
+use powergs_frame::scene::ShDegree;
+
+/// `none` is what a machine says whose base has a format.
+fn some_numbers<'de, D: Deserializer<'de>>(from: D) -> Result<Option<NumberFormat>, D::Error> {
+    let text = String::deserialize(from)?;
+    match text == layer::NONE {
+        true => Ok(None),
+        false => text.parse().map(Some).map_err(serde::de::Error::custom),
+    }
+}
+
+/// The tables of a tile-wise machine.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct TileWise {
+    /// What decides the work: tile, sub-tile, chunk, intersection test.
+    pub geometry: Geometry,
+    /// Bytes of every record that crosses the DRAM interface.
+    pub record: RecordSpec,
+    /// Colours that records name by a number.
+    #[serde(default)]
+    pub codebook: CodebookSpec,
+    /// Culling and conversion units.
+    pub ccu: CcuSpec,
+    /// Gaussian sorting units.
+    pub gsu: GsuSpec,
+    /// Volume rendering units.
+    pub vru: VruSpec,
+    /// What it has for foveated frames.
+    #[serde(default)]
+    pub fovea: FoveaSpec,
+    /// On-chip buffers.
+    pub buffers: BufferSpecs,
+    /// How pairs get into the lists of tiles.
+    #[serde(default)]
+    pub binning: BinningSpec,
+    /// Cache of feature records between the feature buffers and the DRAM.
+    #[serde(default)]
+    pub cache: CacheSpec,
+    /// Which tile goes where, and what may overlap.
+    pub schedule: ScheduleSpec,
+    /// Timing rules of units; all built in unless a program replaces them. Not in the file.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub rules: UnitRules,
+}
+
+crate::flow::flow_tables!(
+    TileWise,
+    super::TileWiseFlow,
+    [geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, schedule,]
+);
+
+impl Machine {
+    /// The tables of a tile-wise machine.
+    ///
+    /// # Panics
+    /// On a machine of another dataflow.
+    pub fn tiles(&self) -> &TileWise {
+        self.tables.get().expect("a machine of this dataflow has its tables")
+    }
+
+    /// The same, to be changed.
+    ///
+    /// # Panics
+    /// On a machine of another dataflow.
+    pub fn tiles_mut(&mut self) -> &mut TileWise {
+        self.tables.all_mut().expect("a machine of this dataflow has its tables")
+    }
+}
+
+impl Machine {
+    /// The timing rules of its units, where it is tile-wise.
+    pub(crate) fn rules(&self) -> Option<&UnitRules> {
+        self.tables.get::<TileWise>().map(|tiles| &tiles.rules)
+    }
+
+    /// Takes over the timing rules of another machine, which no file has.
+    pub(crate) fn keep_rules_of(&mut self, other: &Machine) {
+        if let (Some(rules), Some(tiles)) = (other.rules(), self.tables.all_mut::<TileWise>()) {
+            tiles.rules = rules.clone();
+        }
+    }
+}
+
+impl TileWise {
+    /// Bytes of a list entry: depth, number of the splat, bitmap and distance to its next tile, in
+    /// whole bytes.
+    pub fn list_entry(&self) -> u64 {
+        let subtiles = self.geometry.tile / self.geometry.subtile.max(1);
+        let bitmap = if self.record.entry_bitmap { u64::from(subtiles).pow(2) } else { 0 };
+        let bits = u64::from(self.record.depth_bits) + u64::from(self.record.id_bits) + bitmap;
+        (bits + u64::from(self.cache.carried_bits())).div_ceil(8)
+    }
+
+    /// How its lists are made; `None` where they are there for nothing.
+    pub fn list_shape(&self) -> Option<ListShape> {
+        let b = &self.binning;
+        let block = match b.method {
+            BinningMethod::Free => return None,
+            BinningMethod::Append => Some(b.block.0),
+            BinningMethod::TwoPass => None,
+        };
+        Some(ListShape {
+            entry: self.list_entry(),
+            pointer: b.pointer_size.0,
+            pointers: b.pointers.capacity.0 / b.pointer_size.0.max(1),
+            line: b.line.0,
+            lines: b.combining.capacity.0 / b.line.0.max(1),
+            merges: b.partial == PartialWrite::ReadModifyWrite,
+            block,
+        })
+    }
+
+    /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile
+    /// where its units change between sub-tiles, else none.
+    pub fn state_bytes(&self) -> Bytes {
+        let is_serial = self.vru.organisation == Organisation::SubtileSerial;
+        let changes = is_serial && self.vru.switch != Switch::Free;
+        if !changes || self.geometry.subtiles() == 1 {
+            return Bytes(0);
+        }
+        let levels = u64::from(self.fovea.accumulators.max(1));
+        let pixels = u64::from(self.geometry.tile).pow(2);
+        Bytes(pixels.saturating_mul(levels).saturating_mul(self.vru.pixel_state.0))
+    }
+    /// Everything that decides timing, as bytes.
+    pub(super) fn timing(&self, clock: Hertz) -> Vec<u8> {
+        let TileWise {
+            geometry,
+            record,
+            codebook,
+            ccu,
+            gsu,
+            vru,
+            fovea,
+            buffers,
+            binning,
+            cache,
+            schedule,
+            rules,
+        } = self;
+        let mut bytes = Vec::with_capacity(4096);
+        let mut add = |part: Result<Vec<u8>, serde_json::Error>| {
+            bytes.extend(part.expect("a machine has only tables, numbers and strings"));
+            bytes.push(b'\n');
+        };
+        add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
+        add(serde_json::to_vec(fovea));
+        if binning.method != BinningMethod::Free {
+            add(serde_json::to_vec(binning));
+        }
+        if codebook.entries > 0 {
+            add(serde_json::to_vec(codebook));
+        }
+        if cache.capacity.0 > 0 {
+            add(serde_json::to_vec(cache));
+        }
+        for (unit, rule) in rules.names() {
+            bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
+        }
+        bytes
+    }
+}
+
+/// Bytes of the records that cross the DRAM interface.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RecordSpec {
+    /// Read for every Gaussian of the scene: its position.
+    pub position: Bytes,
+    /// Read for every survivor: scale, rotation, opacity.
+    pub geometry: Bytes,
+    /// Colour of one Gaussian of a scene of SH degree 3; when it is read is decided by `ccu.fetch`.
+    /// In a scene of lower degree d its coefficients take (d + 1)² / 16 of their bytes, rounded up.
+    /// With a codebook a record has a sixteenth of their bits and the bits of the number of an
+    /// entry, rounded up to bytes.
+    pub colour: Bytes,
+    /// Bytes of `colour` that are no SH coefficients and stay at every degree. As large as
+    /// `colour`: a record that does not depend on the degree, and with a codebook has the number of
+    /// an entry among them.
+    pub colour_extra: Bytes,
+    /// Written by the CCU for every splat with at least one tile.
+    pub projected: Bytes,
+    /// Bits of the depth in a list entry. An entry is written by the CCU per (splat, tile) pair and
+    /// read back by the sorter; it has the bytes that its bits fill.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "bits"))]
+    pub depth_bits: u32,
+    /// Bits of the splat's number in a list entry.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "bits"))]
+    pub id_bits: u32,
+    /// Whether the number must tell all splats of a frame apart. `false` keeps a published count of
+    /// bytes whose numbers cannot.
+    pub id_check: bool,
+    /// Whether a list entry has the bitmap of the sub-tiles that the splat touches, a bit each.
+    pub entry_bitmap: bool,
+    /// Read per list entry that a tile loads for rendering.
+    pub feature: Bytes,
+    /// Who writes what is read per list entry.
+    pub feature_source: FeatureSource,
+    /// Numbers that rendering units compute with, bits of exponent and mantissa: `e5m10` is FP16.
+    /// An entry that they read has nine. Without it, or with `none`, units are those that the
+    /// energy table has prices for.
+    #[serde(default, deserialize_with = "some_numbers", skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<NumberFormat>,
+    /// Written per pixel.
+    pub pixel: Bytes,
+    /// Distance of feature records in DRAM, at least `feature`.
+    pub feature_pitch: Bytes,
+    /// Distance of colour records of degree 3 in DRAM, at least `colour`. Smaller records lie as
+    /// close as their alignment allows: to the largest power of two that divides this distance, at
+    /// most 32 B; with a codebook to the least that holds one, so that none is in two bursts.
+    pub colour_pitch: Bytes,
+}
+
+/// The `[codebook]` table: colours beyond the constant one as entries of a table on chip, which a
+/// record names by its number. Each CCU, or with `ccu.fetch = "lazy-colour"` each core, has a whole
+/// copy, which stays from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct CodebookSpec {
+    /// Entries; without it, or with 0, there is none: records have the coefficients themselves.
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
+    pub entries: u32,
+    /// Bytes of an entry: the coefficients of three channels, of the highest SH degree that it is
+    /// made for. A look-up for a scene of a lower degree above 0 reads all of them.
+    pub entry: Bytes,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks of a copy; the words of an entry lie in as many of them.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+}
+
+impl Default for CodebookSpec {
+    fn default() -> CodebookSpec {
+        CodebookSpec { entries: 0, entry: Bytes(90), word: Bytes(32), banks: 1 }
+    }
+}
+
+impl CodebookSpec {
+    /// The codebook of a scene of this SH degree: constant colours have no entries.
+    pub(crate) fn of_degree(self, degree: ShDegree) -> CodebookSpec {
+        let entries = if degree == ShDegree::ZERO { 0 } else { self.entries };
+        CodebookSpec { entries, ..self }
+    }
+
+    /// Bits of the number of an entry; 0 without a codebook.
+    pub(crate) fn number_bits(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            n => u64::from(u32::BITS - (n - 1).leading_zeros()),
+        }
+    }
+
+    /// Words of an entry.
+    pub(crate) fn words(&self) -> u64 {
+        self.entry.0.div_ceil(self.word.0.max(1))
+    }
+
+    /// Cycles for which a look-up has its copy; 0 without a codebook.
+    pub(crate) fn cycles(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => self.words().div_ceil(u64::from(self.banks)),
+        }
+    }
+
+    /// Bytes that so many look-ups read: an access takes a whole word.
+    pub(crate) fn bytes(&self, lookups: u64) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => lookups * self.words() * self.word.0,
+        }
+    }
+
+    /// Bytes of a bank of a copy.
+    pub(crate) fn bank(&self) -> Bytes {
+        let words = u64::from(self.entries) * self.words();
+        Bytes(words.div_ceil(u64::from(self.banks.max(1))) * self.word.0)
+    }
+}
+
+/// Who writes the features that rendering reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureSource {
+    /// The CCU: what it writes of a splat (`record.projected`) is its feature record, in its place.
+    Ccu,
+    /// Nobody: a published count of bytes that has no writes for them. Reports say how many bytes
+    /// are read so.
+    Nobody,
+}
+
+/// Colour records are aligned to at most this: a burst of LPDDR memories, and a usual buffer word.
+const ALIGNMENT_MAX: u64 = 32;
+
+impl RecordSpec {
+    /// The records of a scene of this SH degree on a machine with this codebook.
+    pub(crate) fn of(&self, degree: ShDegree, codebook: &CodebookSpec) -> RecordSpec {
+        let codebook = codebook.of_degree(degree);
+        if degree == ShDegree::MAX && codebook.entries == 0 {
+            return self.clone();
+        }
+        let coefficients = self.colour.0.saturating_sub(self.colour_extra.0);
+        let all = ShDegree::MAX.coefficients();
+        let kept = match (coefficients, codebook.entries) {
+            (0, _) => 0,
+            (_, 0) => (coefficients * degree.coefficients()).div_ceil(all),
+            _ => ((8 * coefficients).div_ceil(all) + codebook.number_bits()).div_ceil(8),
+        };
+        let colour = self.colour.0 - coefficients + kept;
+        let pitch = self.colour_pitch.0;
+        let alignment = 1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2());
+        let alignment = match codebook.entries {
+            0 => alignment,
+            _ => colour.next_power_of_two().min(alignment),
+        };
+        RecordSpec {
+            colour: Bytes(colour),
+            colour_pitch: Bytes(colour.next_multiple_of(alignment).min(pitch)),
+            ..self.clone()
+        }
+    }
+}
+
+/// When the colour (SH) record of a Gaussian is fetched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fetch {
+    /// The CCU reads the whole record of every Gaussian (the NeRArch-Sim model of GSCore).
+    Everything,
+    /// Positions of all, everything else of survivors.
+    GeometryFirst,
+    /// Positions of all, geometry of survivors, colour of those with a tile (GSCore, which converts
+    /// what is visible before sorting).
+    VisibleColour,
+    /// Positions of all, geometry of survivors, colour when a tile first loads the splat (the
+    /// PowerGS model of GSCore).
+    LazyColour,
+}
+
+/// The `[ccu]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CcuSpec {
+    /// Number of culling and conversion units.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units"))]
+    pub units: u32,
+    /// Arithmetic of one CCU, without its box tests: operations of the table `operations` that it
+    /// makes in a cycle.
+    #[schemars(range(min = 1, max = 1048576), extend("x-unit" = "operations per cycle"))]
+    pub operations_per_cycle: u32,
+    /// What the steps of a conversion take.
+    pub operations: CcuOperations,
+    /// Intersection units of one CCU: box tests per cycle.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "tests per cycle"))]
+    pub intersection_units: u32,
+    /// Cycles from a record to its list entries.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub latency: u32,
+    /// Records that one CCU takes from DRAM in one batch, at most as many as fit its input
+    /// buffer.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "Gaussians"))]
+    pub batch: u32,
+    /// Batches that one CCU has asked for and not yet converted, at most.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "batches"))]
+    pub queue: u32,
+    /// When the records of a Gaussian are read.
+    pub fetch: Fetch,
+}
+
+/// The `ccu.operations` table: arithmetic operations of each step, in the count of the source that
+/// `ccu.operations-per-cycle` is in.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CcuOperations {
+    /// The depth test of a record.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub cull: u32,
+    /// Projection of a survivor: mean, covariance, bounding square.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub project: u32,
+    /// Axes of the oriented box of a splat that is tested.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub obb_prepare: u32,
+    /// A colour from spherical harmonics of degree 3; lower degrees take as much less as they have
+    /// fewer operations.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub sh_colour: u32,
+}
+
+impl CcuSpec {
+    /// Gaussians that go through everything that a CCU does with them in a cycle, at most 1: the
+    /// rate of the arithmetic.
+    pub fn gaussians_per_cycle(&self) -> f64 {
+        let o = &self.operations;
+        let colour = if self.fetch == Fetch::LazyColour { 0 } else { o.sh_colour };
+        let all = [o.cull, o.project, o.obb_prepare, colour];
+        let all: f64 = all.into_iter().map(f64::from).sum();
+        (f64::from(self.operations_per_cycle) / all.max(1.0)).min(1.0)
+    }
+}
+
+/// The `[gsu]` table; counts are per core.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct GsuSpec {
+    /// Quick sorting units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub qsu_per_core: u32,
+    /// Pivots of a QSU: one pass splits a list into `pivots + 1` parts.
+    #[schemars(range(min = 1, max = 1023), extend("x-unit" = "pivots"))]
+    pub pivots: u32,
+    /// Keys per cycle of one QSU.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "keys per cycle"))]
+    pub keys_per_cycle: u32,
+    /// Pipeline latency of one QSU pass, cycles.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub qsu_latency: u32,
+    /// Bitonic sorting units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub bsu_per_core: u32,
+    /// Inputs of the bitonic network.
+    #[schemars(range(min = 2, max = 1024), extend("x-unit" = "keys"))]
+    pub bsu_width: u32,
+    /// Pipeline latency of the network, cycles.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub bsu_latency: u32,
+    /// Tiles whose lists a core holds or has asked for ahead of the one that is rendered.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "tiles"))]
+    pub queue: u32,
+    /// Where the keys of a pass go.
+    pub spill: Spill,
+    /// How pivots are chosen; the order that comes out is checked with it.
+    pub pivot_rule: PivotRule,
+    /// What of a depth is in a key.
+    pub depth: DepthKey,
+    /// Frames after which every list is sorted from nothing again; in between, the order of the
+    /// frame before is updated. 1 sorts every frame.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
+    pub reuse_period: u32,
+}
+
+/// The `[vru]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct VruSpec {
+    /// Cores; each has its own GSU and feature buffer and renders one tile at a time.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "cores"))]
+    pub cores: u32,
+    /// Rendering units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub units_per_core: u32,
+    /// Pixels that one unit holds and rotates through its pipeline.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels"))]
+    pub pixels_per_unit: u32,
+    /// Pipeline latency, cycles: paid when a tile drains.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub latency: u32,
+    /// Cycles from a pixel's α to its next one, because its transmittance must be known: a unit
+    /// that rotates through fewer pixels waits.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "cycles"))]
+    pub recurrence: u32,
+    /// Whether sub-tiles whose bitmap bit is clear are skipped.
+    pub subtile_skipping: bool,
+    /// What stops when its pixels have all stopped.
+    pub termination: Termination,
+    /// Further cycles for which a unit is held by an α that is not pruned (α ≥ 1/255).
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles per blend"))]
+    pub blend_stall: u32,
+    /// Chunks of a tile that are fetched and sorted ahead of its last needed one, before anybody
+    /// knows that they are not needed.
+    #[schemars(range(min = 0, max = 1024), extend("x-unit" = "chunks"))]
+    pub speculation: u32,
+    /// Whether the next tile enters while the last one drains.
+    pub tile_overlap: bool,
+    /// How the units of a core share the sub-tiles of a tile.
+    pub organisation: Organisation,
+    /// What it takes that all units go from one sub-tile to another; `free` with
+    /// `subtile-parallel`, where they do not.
+    pub switch: Switch,
+    /// Entries that wait for the units of a sub-tile, or behind the scan, with the one that is
+    /// worked on: with `subtile-parallel` and with `switch = "scan"`.
+    #[serde(default = "queued_entries")]
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
+    pub subtile_queue: u32,
+    /// State of a pixel that is not finished: transmittance and colour.
+    pub pixel_state: Bytes,
+    /// Cycles from the last pair of a sub-tile (or tile) that is needed until it is known to have
+    /// stopped; pairs that begin in them are executed in vain.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub stop_latency: u32,
+    /// Arithmetic of the colour unit of a core, which `ccu.fetch = "lazy-colour"` needs: operations
+    /// of `ccu.operations.sh-colour` that it makes in a cycle.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations per cycle"))]
+    pub colour_operations_per_cycle: u32,
+    /// Pipeline latency of the colour unit, cycles.
+    #[serde(default = "colour_cycles")]
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub colour_latency: u32,
+}
+
+/// A84: an entry in work and one that waits.
+fn queued_entries() -> u32 {
+    2
+}
+
+/// A103.
+fn colour_cycles() -> u32 {
+    16
+}
+
+impl VruSpec {
+    /// Whether entries wait in queues in front of the units.
+    pub fn has_queues(&self) -> bool {
+        self.organisation == Organisation::SubtileParallel || self.switch == Switch::Scan
+    }
+}
+
+/// How the units of a core share the sub-tiles of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Organisation {
+    /// All units work on one sub-tile at a time.
+    SubtileSerial,
+    /// Every sub-tile has its own share of the units, with a queue in front of it.
+    SubtileParallel,
+}
+
+/// What a core pays for when all of its units go from one sub-tile to another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Switch {
+    /// Nothing: the pixel state of a tile is in the units, without area and energy of its own.
+    Free,
+    /// The pixel state of a sub-tile is written to the pixel buffer and that of another is read.
+    State,
+    /// The features of a chunk are scanned once for each sub-tile; the pixel state changes once
+    /// for each of them.
+    Scan,
+}
+
+impl Switch {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Switch::Free => "free",
+            Switch::State => "state",
+            Switch::Scan => "scan",
+        }
+    }
+}
+
+/// The `[fovea]` table: what a machine has for foveated frames. Of no effect on others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct FoveaSpec {
+    /// Levels that a rendering unit blends at the same time in tiles that show two: 1 for one that
+    /// blends the two one after the other, 2 for one with a second accumulator; without it, or with
+    /// 0, the machine cannot show foveated frames.
+    #[schemars(range(min = 0, max = 2), extend("x-unit" = "levels"))]
+    pub accumulators: u32,
+    /// Look-ups of the level of a tile, and comparisons with it, of one CCU a cycle.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "tests per cycle"))]
+    pub level_tests: u32,
+    /// Record of DC colour and opacity in one further level, in DRAM.
+    pub record: Bytes,
+    /// Colour and opacity of the second level, added to a feature record in tiles that show two.
+    pub feature: Bytes,
+}
+
+impl Default for FoveaSpec {
+    /// Nothing; what there is where the file says only the accumulators (A16).
+    fn default() -> FoveaSpec {
+        FoveaSpec { accumulators: 0, level_tests: 1, record: Bytes(19), feature: Bytes(8) }
+    }
+}
+
+/// The `[buffers.*]` tables.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BufferSpecs {
+    /// In front of the CCU.
+    pub gaussian_in: BufferSpec,
+    /// Behind the CCU.
+    pub tile_list: BufferSpec,
+    /// Keys being sorted, per machine.
+    pub sorting: BufferSpec,
+    /// Chunk features, per machine (divided among cores).
+    pub feature: BufferSpec,
+    /// Pixels, per machine (divided among cores).
+    pub pixel_out: BufferSpec,
+}
+
+impl BufferSpecs {
+    /// All of them.
+    pub fn all(&self) -> [&BufferSpec; 5] {
+        [&self.gaussian_in, &self.tile_list, &self.sorting, &self.feature, &self.pixel_out]
+    }
+}
+
+/// The `[binning]` table: how (splat, tile) pairs get into the lists of tiles. Without it lists are
+/// there for nothing.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct BinningSpec {
+    /// Who knows where the next entry of a tile goes.
+    pub method: BinningMethod,
+    /// Bytes of the pointer to the end of a list, or of the counter of its entries.
+    pub pointer_size: Bytes,
+    /// Pointers on chip, over all CCUs; the others are in DRAM.
+    pub pointers: BufferSpec,
+    /// Lines of entries on their way to DRAM, over all CCUs; with `0 B` every entry is written by
+    /// itself.
+    pub combining: BufferSpec,
+    /// Bytes of a tile that are written together: a line.
+    pub line: Bytes,
+    /// How bytes are written that begin inside of a line.
+    pub partial: PartialWrite,
+    /// Bytes of the blocks in which lists grow, with `append`.
+    pub block: Bytes,
+}
+
+impl Default for BinningSpec {
+    /// Free lists; what there is where the file says only another method (A91).
+    fn default() -> BinningSpec {
+        let memory = |capacity, word| BufferSpec {
+            capacity: Bytes(capacity),
+            word: Bytes(word),
+            banks: 2,
+            ports: Ports::ReadOrWrite,
+        };
+        BinningSpec {
+            method: BinningMethod::Free,
+            pointer_size: Bytes(4),
+            pointers: memory(16 << 10, 4),
+            combining: memory(8 << 10, 8),
+            line: Bytes(32),
+            partial: PartialWrite::Masked,
+            block: Bytes(1 << 10),
+        }
+    }
+}
+
+/// How lists are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BinningMethod {
+    /// Nobody: entries are written back to back, as if all pointers were known and all entries of a
+    /// tile came together (a published count of bytes).
+    Free,
+    /// A pointer for each tile to the end of its list, which grows in blocks.
+    Append,
+    /// The first pass over all splats counts, a sum over the tiles places the lists, the second
+    /// pass writes them.
+    TwoPass,
+}
+
+impl BinningMethod {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            BinningMethod::Free => "free",
+            BinningMethod::Append => "append",
+            BinningMethod::TwoPass => "two-pass",
+        }
+    }
+}
+
+/// How bytes are written that begin inside of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartialWrite {
+    /// By themselves: the memory leaves the other bytes of a burst as they are.
+    Masked,
+    /// With those of the line before them, which are read for that.
+    ReadModifyWrite,
+}
+
+/// The `[cache]` table: a set-associative cache of feature records, least recently used first out.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct CacheSpec {
+    /// Size; without it, or with 0 B, there is none.
+    pub capacity: Bytes,
+    /// Records of a set.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "ways"))]
+    pub ways: u32,
+    /// Which record of a set leaves for a new one.
+    pub eviction: Eviction,
+    /// Bits of the distance to the next tile of a splat, in every list entry and every tag, with
+    /// `eviction = "reuse-distance"`.
+    #[schemars(range(min = 1, max = 32), extend("x-unit" = "bits"))]
+    pub distance_bits: u32,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+}
+
+impl Default for CacheSpec {
+    /// None; what one has where the file says only its size (A96, A102).
+    fn default() -> CacheSpec {
+        CacheSpec {
+            capacity: Bytes(0),
+            ways: 4,
+            eviction: Eviction::Lru,
+            distance_bits: 8,
+            word: Bytes(32),
+            banks: 4,
+        }
+    }
+}
+
+impl CacheSpec {
+    /// Whether the machine has one.
+    pub fn is_there(&self) -> bool {
+        self.capacity.0 > 0 && self.ways > 0
+    }
+
+    /// Bits of a distance in list entries and tags; 0 where nothing is evicted by it.
+    pub(crate) fn carried_bits(&self) -> u32 {
+        match self.eviction {
+            Eviction::ReuseDistance if self.is_there() => self.distance_bits,
+            Eviction::ReuseDistance | Eviction::Lru => 0,
+        }
+    }
+
+    /// How it evicts.
+    pub(crate) fn victims(&self) -> Victims {
+        match self.eviction {
+            Eviction::Lru => Victims::Lru,
+            Eviction::ReuseDistance => Victims::Furthest { bits: self.distance_bits },
+        }
+    }
+}
+
+/// The `[schedule]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ScheduleSpec {
+    /// Order in which tiles (or sort groups) are dealt.
+    pub order: TileOrder,
+    /// Who takes which.
+    pub assignment: Assignment,
+    /// Neighbours in this order whose lists together have at most this many entries are one piece
+    /// of work; 0 merges nothing.
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
+    pub merge_below: u32,
+    /// What may run beside preprocessing.
+    pub overlap: Overlap,
+}
+
+/// Which core takes which tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Assignment {
+    /// Dealt round: the n-th tile to core n modulo the number of cores.
+    Static,
+    /// The next tile to the first core that has room.
+    Greedy,
+    /// As `greedy`, but the longest list first, whatever the order.
+    LongestFirst,
+}
+
+/// What may run at the same time as the CCUs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Overlap {
+    /// Nothing: tiles begin when the last list entry has been written.
+    None,
+    /// A tile begins when the last entry of its own list has been written.
+    Tiles,
+    /// The tiles of this frame run beside the preprocessing of the next one.
+    Frames,
+}
+
+/// Where the keys of a sorting pass go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spill {
+    /// They stay in the sorting buffer; what does not fit is written to DRAM and read back.
+    Overflow,
+    /// All of them are written to DRAM and read back in every pass (Neo's model of GSCore).
+    All,
+}
+
+/// What stops together, once all of its pixels have stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Termination {
+    /// Every pixel: its unit rotates through the others of 2x2.
+    Pixel,
+    /// The 2x2 pixels of a unit: it sleeps until the sub-tile is done.
+    Quad,
+    /// A sub-tile.
+    Subtile,
+    /// The whole tile.
+    Tile,
+}

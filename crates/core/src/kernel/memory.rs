@@ -1,0 +1,472 @@
+//! The memory as the units see it: requests are issued, and complete in a later cycle.
+//!
+//! With the `bandwidth` and `calibrated` models the cycle of completion is known when a request is
+//! issued. With the `banked` model it is known only when the request completes, because the
+//! controller may serve later requests first.
+
+use crate::kernel::DramUse;
+use crate::kernel::calibration::{Calibration, CalibrationSample, Recording};
+use crate::kernel::dram::{Channel, Dram};
+use crate::kernel::second_master::SecondMaster;
+use crate::kernel::stream::Stream;
+use crate::kernel::timeline::Observer;
+use crate::kernel::traffic::Traffic;
+use crate::machine::{DramModel, Machine};
+use crate::stage::{Bias, DoubleDecl, OmitDecl, double, omit};
+use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands};
+use std::iter;
+
+/// What memories leave out.
+pub(crate) const OMITS: [OmitDecl; 4] = [
+    omit("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+        .by("dram.model = \"bandwidth\"", |m| m.dram.model == DramModel::Bandwidth),
+    omit("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
+    omit("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
+        .by("dram.second-master.rate = \"0 B/s\"", |m| !m.dram.second_master.is_on()),
+    omit("reads of one unit served before older ones of another", Bias::Either, "A33"),
+];
+
+/// What twice the memory is.
+pub(crate) const DOUBLES: [DoubleDecl; 3] = [
+    DoubleDecl {
+        is_there: |m| !m.dram.has_device(),
+        ..double("dram.bandwidth", &["dram.bandwidth"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model == DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model != DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A41"])
+    },
+];
+
+/// No cycle.
+pub(crate) const NEVER: u64 = u64::MAX;
+
+/// A request under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival(u64);
+
+impl Arrival {
+    /// Nothing is waited for.
+    pub(crate) const NOW: Arrival = Arrival(0);
+}
+
+/// A request of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Request {
+    /// The agent that issues it, and that its completion wakes.
+    pub owner: u32,
+    /// What it reads or writes.
+    pub stream: Stream,
+    /// Bytes requested.
+    pub bytes: u64,
+}
+
+/// Marks an arrival whose cycle is not known yet: the other bits are the number of the request.
+const UNKNOWN: u64 = 1 << 63;
+
+/// Where the data of a frame lies.
+pub trait Layout {
+    /// The addresses that a request touches.
+    type Pattern: Copy;
+
+    /// The next address range of a request of which `cursor` ranges are done.
+    fn piece(&self, pattern: &Self::Pattern, cursor: &mut u64) -> Option<AddressRange>;
+
+    /// First byte behind all regions of the frame.
+    fn end(&self) -> u64;
+}
+
+/// The memory of one frame.
+pub struct Memory<'a, L: Layout> {
+    layout: L,
+    traffic: Traffic,
+    timer: Timer<L::Pattern>,
+    /// The second master, where its requests are timed.
+    master: Option<SecondMaster>,
+    /// The share that it takes of the `bandwidth` model, and its bytes a cycle.
+    share: (f64, f64),
+    /// What device commands come with the requests of the `calibrated` model.
+    calibration: Option<&'a Calibration>,
+    /// The requests, for an observer that wants their times.
+    samples: Vec<CalibrationSample>,
+    /// The length of the frame, once it is over.
+    frame: u64,
+}
+
+/// The DRAM model.
+enum Timer<P> {
+    Flat(Box<Channel>),
+    Banked(Box<Queued<P>>, Clocks),
+}
+
+/// Address ranges of a request that are found together: their places in memory do not depend on
+/// each other, so that the processor need not wait for one before it looks for the next.
+#[derive(Debug, Default)]
+struct Ahead {
+    pieces: Vec<AddressRange>,
+    taken: usize,
+}
+
+impl Ahead {
+    /// How many are found together.
+    const PIECES: usize = 32;
+
+    fn next(&mut self, find: impl FnMut() -> Option<AddressRange>) -> Option<AddressRange> {
+        if self.taken == self.pieces.len() {
+            self.taken = 0;
+            self.pieces.clear();
+            self.pieces.extend(iter::from_fn(find).take(Self::PIECES));
+        }
+        let piece = self.pieces.get(self.taken).copied()?;
+        self.taken += 1;
+        Some(piece)
+    }
+}
+
+/// A device with its requests, which it reorders.
+struct Queued<P> {
+    device: Banked,
+    /// Of the request whose turn it is.
+    ahead: Ahead,
+    /// Requests by number: addresses, address ranges already taken, agent, cycle of completion.
+    requests: Vec<(P, u64, u32, u64)>,
+    /// How many of them are under way.
+    open: usize,
+    /// The request of the second master whose bytes were handed over.
+    given: Option<u32>,
+}
+
+/// Marks tickets of the second master: the other bits are the number of its request.
+const MASTERS: u32 = 1 << 31;
+
+/// The class of its requests in statistics, behind those of the streams.
+const MASTER_CLASS: u8 = Stream::COUNT as u8;
+
+/// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
+#[derive(Debug, Clone, Copy)]
+struct Clocks {
+    cycle_fs: u64,
+    ck_fs: u64,
+}
+
+impl Clocks {
+    fn new(machine: &Machine, device: &Device) -> Clocks {
+        let fs = |seconds: f64| (seconds * 1e15).round() as u64;
+        Clocks { cycle_fs: fs(machine.clock.0.recip()), ck_fs: fs(device.clock_period.0 * 1e-9) }
+    }
+
+    /// The first CK at or after a cycle begins.
+    fn ck_from(self, cycle: u64) -> u64 {
+        cycle.saturating_mul(self.cycle_fs).div_ceil(self.ck_fs)
+    }
+
+    /// The last CK at or before a cycle begins.
+    fn ck_until(self, cycle: u64) -> u64 {
+        match cycle {
+            NEVER => u64::MAX,
+            _ => cycle.saturating_mul(self.cycle_fs) / self.ck_fs,
+        }
+    }
+
+    /// The first cycle that begins at or after a CK.
+    fn cycle(self, ck: u64) -> u64 {
+        ck.saturating_mul(self.ck_fs).div_ceil(self.cycle_fs)
+    }
+}
+
+impl<'a, L: Layout> Memory<'a, L> {
+    /// An idle memory.
+    ///
+    /// # Panics
+    /// When the machine's model needs a device and [`Machine::link`] was never called.
+    pub(crate) fn new(
+        layout: L,
+        machine: &Machine,
+        flat: Dram,
+        calibration: Option<&'a Calibration>,
+    ) -> Self {
+        let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
+        let spec = &machine.dram.second_master;
+        let mut master = None;
+        let timer = match machine.dram.model {
+            DramModel::Bandwidth | DramModel::Calibrated => {
+                Timer::Flat(Box::new(Channel::new(flat)))
+            }
+            DramModel::Banked => {
+                let clocks = Clocks::new(machine, device());
+                master = SecondMaster::new(spec, layout.end(), clocks.ck_fs);
+                let device = Banked::new(device());
+                // The frame may end while requests of the second master are under way.
+                let device = if master.is_some() { device.in_time() } else { device };
+                let (ahead, requests) = (Ahead::default(), Vec::new());
+                let queued = Queued { device, ahead, requests, open: 0, given: None };
+                Timer::Banked(Box::new(queued), clocks)
+            }
+        };
+        let share = match machine.dram.model {
+            DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
+            DramModel::Calibrated => (0.0, spec.rate.0 / machine.clock.0),
+            DramModel::Banked => (0.0, 0.0),
+        };
+        let (traffic, samples) = (Traffic::default(), Vec::new());
+        Memory { layout, traffic, timer, master, share, calibration, samples, frame: 0 }
+    }
+
+    /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
+    /// which they were issued.
+    pub(crate) fn keeps_order(&self) -> bool {
+        matches!(self.timer, Timer::Flat(_)) && self.calibration.is_none()
+    }
+
+    /// Issues a request in cycle `now`; `span` gives its addresses. A request of no bytes does not
+    /// reach the memory and is done one cycle later.
+    #[inline]
+    pub(crate) fn issue<O: Observer>(
+        &mut self,
+        now: u64,
+        request: Request,
+        span: impl FnOnce(&L) -> L::Pattern,
+        observer: &mut O,
+    ) -> Arrival {
+        if request.bytes == 0 {
+            return Arrival(now + 1);
+        }
+        let (stream, bytes) = (request.stream, request.bytes);
+        let stage = &mut self.traffic.stages[stream.stage() as usize];
+        *(if stream.is_write() { &mut stage.write } else { &mut stage.read }) += bytes;
+        if O::WANTS_TIMES {
+            self.samples.push(CalibrationSample { stream, bytes, issued: now, done: NEVER });
+        }
+        match &mut self.timer {
+            Timer::Flat(channel) if !O::WANTS_REQUESTS => {
+                Arrival(channel.serve(now, stream, bytes))
+            }
+            Timer::Flat(_) | Timer::Banked(..) => {
+                let span = span(&self.layout);
+                self.tell(&request, &span, observer);
+                self.issue_at(now, request, span)
+            }
+        }
+    }
+
+    /// Issues a request to a memory that may depend on addresses.
+    fn issue_at(&mut self, now: u64, request: Request, span: L::Pattern) -> Arrival {
+        let (class, write) = (request.stream as u8, request.stream.is_write());
+        match &mut self.timer {
+            Timer::Flat(channel) => Arrival(channel.serve(now, request.stream, request.bytes)),
+            Timer::Banked(queued, clocks) => {
+                let number = queued.requests.len();
+                queued.open += 1;
+                queued.requests.push((span, 0, request.owner, NEVER));
+                queued.device.push(powergs_dram::Request {
+                    ticket: ticket(number as u64),
+                    write,
+                    class,
+                    arrival: clocks.ck_from(now),
+                });
+                Arrival(UNKNOWN | number as u64)
+            }
+        }
+    }
+
+    fn tell<O: Observer>(&self, request: &Request, span: &L::Pattern, observer: &mut O) {
+        if !O::WANTS_REQUESTS {
+            return;
+        }
+        let mut cursor = 0;
+        while let Some(p) = self.layout.piece(span, &mut cursor) {
+            observer.request(request.stream.is_write(), p.address, p.bytes);
+        }
+    }
+
+    /// The cycle in which a request is done; [`NEVER`] while that is not known.
+    #[inline]
+    pub(crate) fn at(&self, arrival: Arrival) -> u64 {
+        match &self.timer {
+            Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {
+                queued.requests[(arrival.0 & !UNKNOWN) as usize].3
+            }
+            Timer::Flat(_) | Timer::Banked(..) => arrival.0,
+        }
+    }
+
+    /// Cycle in which a request completes, if that is known already; otherwise 0.
+    pub(crate) fn known_end(&self, arrival: Arrival) -> u64 {
+        match self.at(arrival) {
+            NEVER => 0,
+            cycle => cycle,
+        }
+    }
+
+    /// Runs the `banked` model until a request completes, at most until cycle `until`; returns the
+    /// cycle of completion and the agent of the request. The second master's requests enter as they
+    /// arrive.
+    pub(crate) fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
+        let clocks = *clocks;
+        let limit = clocks.ck_until(until);
+        loop {
+            let arrival = self.master.as_ref().map_or(u64::MAX, SecondMaster::next_arrival);
+            // Without an end, only requests of the accelerator are waited for.
+            if self.master.is_some() && limit == u64::MAX && queued.open == 0 {
+                return None;
+            }
+            let (layout, master) = (&self.layout, &self.master);
+            let (requests, given) = (&mut queued.requests, &mut queued.given);
+            let ahead = &mut queued.ahead;
+            let mut pieces = |ticket: u32| match (ticket & MASTERS, master) {
+                (MASTERS, Some(master)) => {
+                    let first = *given != Some(ticket);
+                    *given = first.then_some(ticket);
+                    first.then(|| master.piece(u64::from(ticket & !MASTERS)))
+                }
+                _ => {
+                    let (span, cursor, ..) = &mut requests[ticket as usize];
+                    ahead.next(|| layout.piece(span, cursor))
+                }
+            };
+            let found = queued.device.advance(limit.min(arrival), &mut pieces);
+            match (found, &mut self.master) {
+                (Some((ck, ticket)), Some(master)) if ticket & MASTERS != 0 => {
+                    master.done(u64::from(ticket & !MASTERS), ck);
+                }
+                (Some((ck, number)), _) => {
+                    queued.open -= 1;
+                    let (_, _, owner, done) = &mut queued.requests[number as usize];
+                    *done = clocks.cycle(ck);
+                    return Some((*done, *owner));
+                }
+                (None, Some(master)) if arrival <= limit && arrival < u64::MAX => {
+                    let (number, request) = master.take();
+                    queued.device.push(powergs_dram::Request {
+                        ticket: MASTERS | ticket(number),
+                        write: request.write,
+                        class: MASTER_CLASS,
+                        arrival: request.arrival,
+                    });
+                }
+                (None, _) => return None,
+            }
+        }
+    }
+
+    /// Ends the frame in cycle `frame`: the second master's requests up to then are counted.
+    pub(crate) fn close(&mut self, frame: u64) {
+        self.frame = frame;
+        match (&mut self.timer, &mut self.master) {
+            (Timer::Banked(..), Some(_)) => while self.advance(frame).is_some() {},
+            (Timer::Flat(_), _) | (_, None) => {}
+        }
+    }
+
+    /// The channel of the `bandwidth` model, and the bytes asked for; `None` with the others.
+    pub(crate) fn flat(&self) -> Option<(&Channel, Traffic)> {
+        match &self.timer {
+            Timer::Flat(channel) => Some((channel, self.traffic)),
+            Timer::Banked(..) => None,
+        }
+    }
+
+    /// Continues with the state of another channel of the same rate.
+    pub(crate) fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
+        self.timer = Timer::Flat(Box::new(channel));
+        self.traffic = traffic;
+    }
+
+    /// Bytes asked for, by stage.
+    pub(crate) fn traffic(&self) -> Traffic {
+        self.traffic
+    }
+
+    /// The requests with their times, and what the device did; `None` without a device whose
+    /// requests an observer wanted.
+    pub(crate) fn recording(&mut self) -> Option<Recording> {
+        let Timer::Banked(queued, clocks) = &self.timer else { return None };
+        let mut samples = std::mem::take(&mut self.samples);
+        for (sample, request) in samples.iter_mut().zip(&queued.requests) {
+            sample.done = request.3;
+        }
+        let stats = queued.device.stats();
+        let cycles_per_ck = clocks.ck_fs as f64 / clocks.cycle_fs as f64;
+        Some(Recording { samples, stats, cycles_per_ck, frame: self.frame })
+    }
+
+    /// DRAM activity of the frame.
+    pub(crate) fn usage(&self) -> DramUse {
+        let total = self.traffic.total();
+        let usage = match &self.timer {
+            Timer::Flat(channel) => {
+                let (share, bytes) = self.share;
+                let (frame, busy) = (self.frame as f64, channel.busy_cycles());
+                let served = channel.served();
+                // While the accelerator's bytes move, so do those of the second master.
+                let both = (busy as f64 * (1.0 - share) + frame * share).ceil() as u64;
+                let usage = DramUse {
+                    requests_issued: served,
+                    requests_served: served,
+                    busy_cycles: if share > 0.0 { both.min(self.frame) } else { busy },
+                    second_master_bytes: (bytes * frame) as u64,
+                    ..DramUse::default()
+                };
+                match self.calibration {
+                    Some(calibration) => DramUse {
+                        busy_cycles: calibration.busy_cycles(&channel.bytes(), self.frame),
+                        commands: Some(calibration.commands(&channel.bytes(), self.frame)),
+                        ..usage
+                    },
+                    None => usage,
+                }
+            }
+            Timer::Banked(queued, clocks) => {
+                let issued = queued.requests.len() as u64;
+                let mut usage =
+                    device_usage(&queued.device.stats(), *clocks, queued.device.burst_bytes());
+                usage.requests_issued = issued;
+                usage
+            }
+        };
+        let usage = match self.master {
+            Some(_) => DramUse { busy_cycles: usage.busy_cycles.min(self.frame), ..usage },
+            None => usage,
+        };
+        DramUse { read_bytes: total.read, write_bytes: total.write, ..usage }
+    }
+}
+
+/// The ticket of a request.
+fn ticket(number: u64) -> u32 {
+    let number = u32::try_from(number).ok().filter(|n| n & MASTERS == 0);
+    number.expect("fewer than 2^31 requests in a frame")
+}
+
+fn device_usage(stats: &powergs_dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
+    let master = &stats.classes[usize::from(MASTER_CLASS)];
+    let served = stats.total.requests - master.requests;
+    let mut stages = [StageCommands::default(); 3];
+    for stream in Stream::ALL {
+        let t = &stats.classes[stream as usize];
+        stages[stream.stage() as usize].add(StageCommands {
+            reads: t.reads,
+            writes: t.writes,
+            activates: t.row_misses + t.row_conflicts,
+        });
+    }
+    DramUse {
+        requests_issued: served,
+        requests_served: served,
+        second_master_bytes: master.requested_bytes(),
+        busy_cycles: clocks.cycle(stats.busy_max),
+        commands: Some(DramCommands {
+            burst_bytes,
+            stages,
+            precharges: stats.precharges + stats.precharges_all,
+            refreshes: stats.refreshes_all,
+            bank_refreshes: stats.refreshes_bank,
+        }),
+        ..DramUse::default()
+    }
+}

@@ -1,0 +1,165 @@
+//! The tables that machines of every dataflow have, and what their tables are made of.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_dram::device::Order;
+
+/// One on-chip buffer.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BufferSpec {
+    /// Size of the whole buffer, divided evenly among the CCUs or cores that use it.
+    pub capacity: Bytes,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks of the share of one CCU or core.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+    /// Accesses of one bank per cycle.
+    pub ports: Ports,
+}
+
+/// Accesses of a bank per cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+pub enum Ports {
+    /// One read or one write.
+    #[serde(rename = "1rw")]
+    ReadOrWrite,
+    /// One read and one write.
+    #[serde(rename = "1r1w")]
+    ReadAndWrite,
+}
+
+/// The `[gating]` table: power gating; without it there is none.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct GatingSpec {
+    /// Whether units without work are switched off.
+    pub units: bool,
+    /// Share of its leakage that a unit keeps when it is switched off, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub residual: f64,
+}
+
+impl Default for GatingSpec {
+    /// None; what is left where units are switched off (A38).
+    fn default() -> GatingSpec {
+        GatingSpec { units: false, residual: 0.1 }
+    }
+}
+
+/// How DRAM requests are timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DramModel {
+    /// One server with a latency and a rate.
+    Bandwidth,
+    /// One server with rates, latencies and commands as a `banked` run of the frame has them: as
+    /// fast, for sweeps.
+    Calibrated,
+    /// The device, with its banks, rows, queues and timings.
+    Banked,
+}
+
+impl DramModel {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            DramModel::Bandwidth => "bandwidth",
+            DramModel::Calibrated => "calibrated",
+            DramModel::Banked => "banked",
+        }
+    }
+}
+
+/// What `dram.device` says where there is only a rate.
+pub const NO_DEVICE: &str = "none";
+
+impl DramSpec {
+    /// Whether the machine file names a device.
+    pub fn has_device(&self) -> bool {
+        self.device != NO_DEVICE
+    }
+}
+
+/// The `[dram]` table: the `bandwidth` model, and the device of the others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DramSpec {
+    /// Timing model.
+    #[schemars(extend("x-gone" = { "window": "calibrated" }))]
+    pub model: DramModel,
+    /// Peak rate of a memory without a device. With one, `device` and `channels` have their own:
+    /// leave it out, or give the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<BytesPerSecond>,
+    /// Fraction of the peak that transfers reach, 0 to 1.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
+    pub efficiency: f64,
+    /// From request to first data.
+    pub latency: Nanoseconds,
+    /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: its peak rate with
+    /// `channels`, and what the `calibrated` and `banked` models time; or `none`: a mere
+    /// rate, `bandwidth`.
+    pub device: String,
+    /// Channels of that device in this machine.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "channels"))]
+    pub channels: u32,
+    /// Order of its address fields: `RoBaCoCh`, `mop`, `bg64`, or `fields` for the device's own.
+    pub mapping: Order,
+    /// Controller, PHY and interconnect of the `calibrated` and `banked` models, added to
+    /// every read.
+    pub controller_latency: Nanoseconds,
+    /// Another user of the memory.
+    #[serde(default)]
+    pub second_master: SecondMasterSpec,
+}
+
+/// The `[dram.second-master]` table: a GPU, a display or a camera that takes its part of the memory
+/// all the time.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct SecondMasterSpec {
+    /// Bytes that it asks for in a second; without it, or with 0 B/s, there is none.
+    pub rate: BytesPerSecond,
+    /// Where its requests go.
+    pub pattern: AccessOrder,
+    /// Bytes of one request.
+    pub request: Bytes,
+    /// Share of its requests that read, 0 to 1; the others write.
+    #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "fraction of requests"))]
+    pub reads: f64,
+    /// Fraction of the peak that its transfers reach, 0 to 1, with the `bandwidth` model.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
+    pub efficiency: f64,
+    /// Requests that it has under way at most, with the `banked` and `calibrated` models: further
+    /// ones wait outside.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
+    pub in_flight: u32,
+}
+
+impl Default for SecondMasterSpec {
+    /// None; what there is where the file says only its rate (A18).
+    fn default() -> SecondMasterSpec {
+        SecondMasterSpec {
+            rate: BytesPerSecond(0.0),
+            pattern: AccessOrder::Stream,
+            request: Bytes(64),
+            reads: 1.0,
+            efficiency: 0.9,
+            in_flight: 64,
+        }
+    }
+}
+
+/// Where the requests of a second master go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AccessOrder {
+    /// One after the other.
+    Stream,
+    /// Anywhere.
+    Random,
+}
