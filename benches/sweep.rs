@@ -9,10 +9,12 @@ use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use made_up::frame;
+use powergs_sim::flow::FrameTask;
+use powergs_sim::kernel::Memo;
 use powergs_sim::machine::Machine;
 use powergs_sim::run::files::EmbeddedFiles;
 use powergs_sim::run::store::journal::{Index, append, parse};
-use powergs_sim::sim::{Measured, time};
+use powergs_sim::sim::time;
 use powergs_sim::sweep::outcome::{Outcome, means};
 use powergs_sim::sweep::{Record, Space, SweepFile};
 use rayon::prelude::*;
@@ -47,8 +49,9 @@ fn designs(c: &mut Criterion) {
         (0..points).filter_map(|p| Some(space.design(p).ok()?.machine)).collect();
     let workload = frame(1_000_000, machines[0].tiles().geometry);
     let one = |machine: &Machine| {
-        let measured = Measured::needed(&workload, machine);
-        time(0, &workload, &measured, machine).expect("closed accounts").timing.frame
+        let memo = Memo::default();
+        let timed = time(&FrameTask::first(machine, &workload, &memo)).expect("closed accounts");
+        timed.outcome.timing.frame
     };
     group.sample_size(10);
     group.throughput(Throughput::Elements(machines.len() as u64));

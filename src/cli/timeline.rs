@@ -8,7 +8,9 @@ use flate2::write::GzEncoder;
 
 use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
+use powergs_core::kernel::timeline::Observer;
 use powergs_core::run::FrameOn;
+use powergs_core::workload::FrameWorkload;
 use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
 use powergs_report::timeline::{Picture, Window};
 use powergs_report::{Drawing, charts, format};
@@ -69,17 +71,19 @@ pub fn write(
     drawing: &Drawing,
 ) -> Result<Option<String>, Failure> {
     let machine = frame.machine;
-    let whole = frame.observe(&mut ()).timing.frame;
+    let name = trace;
+    let observe = |observer: &mut dyn Observer| frame.observe(observer).or_exit(Exit::Usage, name);
+    let whole = observe(&mut ())?.timing.frame;
     let cycles = match &asked.tiles {
         None => 0..whole,
         Some(tiles) => {
             let mut window = Window::new(tiles.clone());
-            frame.observe(&mut window);
+            observe(&mut window)?;
             window.cycles
         }
     };
     if cycles.is_empty() {
-        let n = frame.workload.tiles.len();
+        let n = frame.work.of::<FrameWorkload>().map_or(0, |workload| workload.tiles.len());
         let what = "no unit works on these tiles";
         let what = format!("--timeline: {what}; frame {} has {n} tiles, from 0", asked.frame);
         return Err(Failure::new(Exit::Usage, what));
@@ -92,7 +96,7 @@ pub fn write(
     let trace = format::shortened(trace, 40);
     let what = format!("frame {} of {trace} on {name}, {tiles}", asked.frame);
     let mut picture = Picture::new(cycles);
-    frame.observe(&mut picture);
+    observe(&mut picture)?;
     picture.finish();
     let chart = charts::timeline(&picture, machine.clock.0, &what);
     folder.write_charts(&[chart], drawing)?;
@@ -106,7 +110,7 @@ pub fn write(
 fn stream(file: impl Write, frame: &FrameOn<'_>, title: &str) -> std::io::Result<u64> {
     let mut gzip = GzEncoder::new(file, Compression::default());
     let mut writer = TraceWriter::new(&mut gzip, frame.machine.clock.0, title)?;
-    frame.observe(&mut writer);
+    frame.observe(&mut writer).map_err(std::io::Error::other)?;
     let dropped = writer.finish()?;
     gzip.finish()?.flush()?;
     Ok(dropped)

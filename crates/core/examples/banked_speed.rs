@@ -16,7 +16,7 @@ use std::path::Path;
 
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{RunError, Session, System, SystemSpec, TraceFile};
-use powergs_core::sim::{Label, simulate_measured};
+use powergs_core::sim::{Label, priced, time};
 
 fn system(master: &str) -> Result<System, RunError> {
     let sets = ["dram.model=banked".to_owned(), format!("dram.second-master.rate={master}")];
@@ -35,10 +35,10 @@ fn main() -> Result<(), RunError> {
             let mut best = f64::INFINITY;
             let mut moved = [0; 2];
             for _ in 0..rounds {
-                let (start, machine) = (processor::seconds(), system.machine());
-                let (label, prices) = (Label::default(), system.prices());
-                let report = simulate_measured(label, &on.workload, &on.measured, machine, prices)
-                    .map_err(|e| RunError::in_frame("0", e))?;
+                let start = processor::seconds();
+                let timed = time(&on.task()).map_err(|e| RunError::in_frame("0", e))?;
+                let report = priced(Label::default(), &timed, system.prices())
+                    .map_err(|e| RunError::in_frame("0", e.into()))?;
                 best = best.min(processor::seconds() - start);
                 if let Some(commands) = report.timing().and_then(|timing| timing.dram.commands) {
                     let total = commands.total();

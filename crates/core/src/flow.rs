@@ -11,12 +11,27 @@ use serde_json::Value;
 use toml::Spanned;
 use toml::de::DeTable;
 
+use crate::kernel::Memo;
+use crate::kernel::timeline::Observer;
 use crate::machine::check::Contradiction;
 use crate::machine::{Machine, Optional};
 use crate::stage::StageDecl;
+use crate::workload::demand::Unbinnable;
+use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
+use powergs_base::number::NumberFormat;
+use powergs_frame::scene::{Eye, ShDegree};
+use powergs_frame::splat::Counters;
+use powergs_frame::trace::Frame;
 
+mod error;
+mod outcome;
 pub mod tile_wise;
+
+pub use error::{Incompatible, InvariantViolated, SimError};
+pub use outcome::{
+    CacheSummary, FlowOutcome, FoveaSummary, Foveal, ListOrder, OrderSummary, RegionWork,
+};
 
 /// A dataflow.
 pub trait Dataflow: Sync {
@@ -52,6 +67,162 @@ pub trait Dataflow: Sync {
 
     /// Everything in its tables that decides timing, as bytes.
     fn timing(&self, machine: &Machine) -> Vec<u8>;
+
+    /// The numbers that its units compute with, where the machine says.
+    fn numbers(&self, _machine: &Machine) -> Option<NumberFormat> {
+        None
+    }
+
+    /// Whether phases of a frame overlap on a machine.
+    fn overlaps(&self, machine: &Machine) -> bool;
+
+    /// What a machine needs of a frame.
+    fn work_key(&self, machine: &Machine) -> WorkKey;
+
+    /// Memory that preparing a frame takes, bytes, at most about so much.
+    ///
+    /// # Errors
+    /// [`Unbinnable`]: more than `budget`, or a frame that cannot be prepared at all.
+    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable>;
+
+    /// Prepares a frame for all machines with this key.
+    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work>;
+
+    /// Whether the machine can run the frame, and what it has to prepare further fits into memory.
+    ///
+    /// # Errors
+    /// [`Incompatible`].
+    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible>;
+
+    /// What decides what a machine takes over from the frame before: machines with the same work
+    /// and the same number take over the same. `None` where each frame stands alone.
+    fn takes_over(&self, _machine: &Machine) -> Option<u32> {
+        None
+    }
+
+    /// What a machine takes over into this frame; frames come in order.
+    fn hand_over(
+        &self,
+        _machine: &Machine,
+        _work: &dyn Work,
+        _eye: Option<Eye>,
+        _history: &mut History,
+    ) -> Option<Handed> {
+        None
+    }
+
+    /// What machines must agree in to share a part of their runs on a frame, for estimates of time;
+    /// `None` for a machine that shares nothing.
+    fn shared(&self, _machine: &Machine) -> Option<String> {
+        None
+    }
+
+    /// Takes a frame through a machine. Accounts that only the dataflow knows are closed.
+    ///
+    /// # Errors
+    /// [`SimError`]: as [`Dataflow::fits`], or a defect of the simulator.
+    fn run(
+        &self,
+        task: &FrameTask<'_>,
+        observer: Option<&mut dyn Observer>,
+    ) -> Result<FlowOutcome, SimError>;
+}
+
+/// What decides what is prepared of a frame: machines with the same key share it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct WorkKey {
+    /// The dataflow.
+    pub flow: &'static str,
+    /// Numbers that only the dataflow understands.
+    pub numbers: Vec<u32>,
+}
+
+impl WorkKey {
+    /// Its dataflow.
+    ///
+    /// # Panics
+    /// On a name that no dataflow has.
+    pub fn dataflow(&self) -> &'static dyn Dataflow {
+        named(self.flow).expect("keys are made by dataflows")
+    }
+}
+
+impl fmt::Display for WorkKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:?}", self.flow, self.numbers)
+    }
+}
+
+/// A frame, prepared for the machines with a key.
+pub trait Work: Any + fmt::Debug + Send + Sync {
+    /// Who shares it.
+    fn key(&self) -> WorkKey;
+
+    /// Frame totals.
+    fn counters(&self) -> &Counters;
+
+    /// Degree of the scene's spherical harmonics: 3 where the trace does not say.
+    fn sh_degree(&self) -> ShDegree;
+
+    /// Bytes in host memory.
+    fn bytes(&self) -> usize;
+}
+
+impl dyn Work {
+    /// The work of one dataflow; `None` where it is of another.
+    pub fn of<T: Work>(&self) -> Option<&T> {
+        let all: &dyn Any = self;
+        all.downcast_ref()
+    }
+}
+
+/// Something that is handed on from one frame to the next.
+pub type Handed = Box<dyn Any + Send + Sync>;
+
+/// What machines with the same [`Dataflow::takes_over`] keep of frames: each eye of pairs has its
+/// own, since the order of a view is kept best by the next one of the same eye.
+#[derive(Default)]
+pub struct History([Option<Handed>; Eye::ALL.len()]);
+
+impl History {
+    /// Takes out what was kept for an eye.
+    pub fn take<T: 'static>(&mut self, eye: Option<Eye>) -> Option<T> {
+        let kept = self.0[eye.map_or(0, |eye| eye as usize)].take()?;
+        kept.downcast().ok().map(|kept| *kept)
+    }
+
+    /// Keeps something for the next frame of an eye.
+    pub fn keep<T: Send + Sync + 'static>(&mut self, eye: Option<Eye>, next: T) {
+        self.0[eye.map_or(0, |eye| eye as usize)] = Some(Box::new(next));
+    }
+}
+
+/// A frame that a machine runs.
+#[derive(Clone, Copy)]
+pub struct FrameTask<'a> {
+    /// Position of the frame in its trace.
+    pub frame: usize,
+    /// The machine.
+    pub machine: &'a Machine,
+    /// The frame, prepared for it.
+    pub work: &'a dyn Work,
+    /// What it takes over from the frame before.
+    pub before: Option<&'a Handed>,
+    /// Whether the order of lists is checked: that costs about as much as binning the frame, and
+    /// changes no time and no energy.
+    pub checks_order: bool,
+    /// What machines on this frame share.
+    pub memo: &'a Memo,
+    /// Memory for what is prepared further.
+    pub budget: Budget,
+}
+
+impl<'a> FrameTask<'a> {
+    /// A frame as if it were the first of its trace.
+    pub fn first(machine: &'a Machine, work: &'a dyn Work, memo: &'a Memo) -> FrameTask<'a> {
+        let budget = Budget(powergs_base::quantity::Bytes(u64::MAX));
+        FrameTask { frame: 0, machine, work, before: None, checks_order: false, memo, budget }
+    }
 }
 
 /// The dataflows of this program.

@@ -3,13 +3,15 @@
 //!
 //! Nothing here knows a joule, a file or a dataflow.
 
+pub mod agents;
 pub mod bank;
 pub mod buffer;
 pub mod calibration;
 pub mod divide;
 pub mod dram;
-pub(crate) mod event_queue;
-pub(crate) mod ledger;
+mod event_queue;
+pub mod ledger;
+pub mod memo;
 pub mod memory;
 mod second_master;
 pub mod stream;
@@ -22,7 +24,9 @@ use powergs_energy::action::{BufferId, StageId};
 
 use crate::stage::Stall;
 
+pub use agents::{Agents, drive};
 pub use calibration::Calibration;
+pub use memo::{Memo, MemoKey};
 pub use unit::Unit;
 
 /// Where the cycles of one kind of unit went, summed over its instances:

@@ -3,7 +3,6 @@
 
 pub mod check;
 pub mod cost;
-pub mod measured;
 mod pair;
 pub mod paper;
 pub mod regions;
@@ -11,19 +10,19 @@ pub mod report;
 pub mod statistics;
 mod timed;
 
+use crate::flow::{FrameTask, Work};
+use crate::kernel::Memo;
 use crate::machine::Machine;
-use crate::workload::FrameWorkload;
 use powergs_energy::Prices;
 
-pub use check::{Incompatible, InvariantViolated, SimError};
-pub use measured::{Lists, Measured, observed};
+pub use crate::flow::{
+    CacheSummary, FoveaSummary, Foveal, Incompatible, InvariantViolated, ListOrder, OrderSummary,
+    SimError,
+};
 pub use pair::Periods;
 pub use regions::RegionReport;
-pub use report::{
-    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, Label, ListOrder, ModelReport,
-    OrderSummary, PaperReport, StageBytes,
-};
-pub use timed::{Timed, priced, time, time_again};
+pub use report::{CycleReport, FrameReport, Label, ModelReport, PaperReport, StageBytes};
+pub use timed::{Timed, priced, time};
 
 /// Version of the models. Raised whenever the same inputs give other numbers.
 pub const MODEL_VERSION: u32 = 11;
@@ -54,25 +53,11 @@ impl Model {
 /// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
 pub fn simulate(
     label: Label,
-    workload: &FrameWorkload,
+    work: &dyn Work,
     machine: &Machine,
     prices: &Prices,
 ) -> Result<FrameReport, SimError> {
-    check::fits(workload, machine)?;
-    simulate_measured(label, workload, &Measured::needed(workload, machine), machine, prices)
-}
-
-/// As [`simulate`], with what was measured of the frame before.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn simulate_measured(
-    label: Label,
-    workload: &FrameWorkload,
-    measured: &Measured,
-    machine: &Machine,
-    prices: &Prices,
-) -> Result<FrameReport, SimError> {
-    let timed = time(label.frame, workload, measured, machine)?;
+    let memo = Memo::default();
+    let timed = time(&FrameTask { frame: label.frame, ..FrameTask::first(machine, work, &memo) })?;
     Ok(priced(label, &timed, prices)?)
 }

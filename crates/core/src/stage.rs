@@ -9,6 +9,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::flow::tile_wise::{bsu, cache, ccu, colour, lists, qsu, vru};
 use crate::kernel::memory;
+use crate::kernel::stream::StreamDecl;
 use crate::machine::Machine;
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 use powergs_energy::hardware::{
@@ -43,6 +44,8 @@ pub struct StageDecl {
     pub also_works: &'static [AlsoDecl],
     /// Buffers that it is the first to fill.
     pub buffers: &'static [BufferDecl],
+    /// Requests that it makes.
+    pub streams: &'static [StreamDecl],
     /// What its units have in amounts that an architect chooses.
     pub parts: &'static [PartDecl],
     /// What it waits for besides its input, room for its output and banks.
@@ -81,6 +84,7 @@ impl StageDecl {
             works: &[],
             also_works: &[],
             buffers: &[],
+            streams: &[],
             parts: &[],
             waits: &[],
             also_waits: &[],
@@ -336,7 +340,7 @@ pub const STAGES: [&StageDecl; 8] = [
 ];
 
 /// Whether two keys are the same, before the program runs.
-const fn same(a: &str, b: &str) -> bool {
+pub(crate) const fn same(a: &str, b: &str) -> bool {
     let (a, b) = (a.as_bytes(), b.as_bytes());
     if a.len() != b.len() {
         return false;

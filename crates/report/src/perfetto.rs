@@ -155,7 +155,9 @@ impl<W: Write> TraceWriter<W> {
 }
 
 impl<W: Write> Observer for TraceWriter<W> {
-    const WANTS_LEVELS: bool = true;
+    fn wants_levels(&self) -> bool {
+        true
+    }
 
     fn span(&mut self, span: Span) {
         if self.failed.is_none() {

@@ -42,8 +42,9 @@ struct ReplayKept {
 
 impl ReplayKept {
     fn add(&mut self, view: FrameView<'_>) {
-        let FrameView { position, workload, preview, report, .. } = view;
-        if self.wants_tiles {
+        let (position, preview, tiles) = (view.position, view.preview, view.tiles());
+        let report = &view.report;
+        if let Some(workload) = tiles.filter(|_| self.wants_tiles) {
             let weight = report.timing().map_or(report.counters.tile_loads, |t| t.frame);
             if self.slowest.as_ref().is_none_or(|(w, _)| weight > *w) {
                 let picture = preview.map(|p| Picture {
@@ -54,7 +55,7 @@ impl ReplayKept {
                 self.slowest = Some((weight, TileLoad::of(position, workload, picture)));
             }
         }
-        self.reports.push(report);
+        self.reports.push(view.report);
     }
 }
 

@@ -43,7 +43,7 @@ fn json_of(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Value {
         "designs": ((plan.designs.len() - 1) as f64 * seen.scale).round(),
         "machines": seen.machines,
         "is_estimate": seen.scale > 1.0,
-        "geometries": plan.geometries.len(),
+        "geometries": plan.works.len(),
         "traces": sweep.traces.len(),
         "frames": seen.cost.frames,
         "energy_tables": plan.tables,
@@ -96,7 +96,7 @@ fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
     }
     let s = |n: usize| if n == 1 { "" } else { "s" };
     let (frames, traces) = (cost.frames, sweep.traces.len());
-    facts.push(("Geometries", plan.geometries.len().to_string()));
+    facts.push(("Geometries", plan.works.len().to_string()));
     facts.push(("Traces", format!("{traces} with {frames} frame{}", s(frames))));
     facts.push(("Tables", format!("{} energy table{}", plan.tables, s(plan.tables))));
     let one = engineering(seen.timed_s() / frames.max(1) as f64 / machines.max(1.0), "s");

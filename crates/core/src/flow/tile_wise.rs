@@ -4,6 +4,7 @@
 //! Units say how long and how often, the pipeline says when. Nothing here knows a joule or a file.
 //! [`replay`] takes a binned frame through one machine.
 
+mod accounts;
 pub mod batch;
 pub mod bsu;
 pub mod cache;
@@ -12,6 +13,7 @@ mod check;
 pub mod colour;
 pub mod layout;
 pub mod lists;
+pub mod measures;
 mod optional;
 pub mod pipeline;
 pub mod qsu;
@@ -32,35 +34,63 @@ use serde_json::Value;
 use toml::Spanned;
 use toml::de::DeTable;
 
-use super::{Dataflow, Tables};
+use super::{
+    CacheSummary, Dataflow, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
+    Incompatible, ListOrder, RegionWork, SimError, Tables, Work, WorkKey,
+};
+use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
-use crate::kernel::{Calibration, FrameTiming};
+use crate::kernel::{Calibration, FrameTiming, Memo};
 use crate::machine::check::Contradiction;
 use crate::machine::{DramModel, Machine, Optional};
 use crate::stage::StageDecl;
-use crate::workload::FrameWorkload;
 use crate::workload::binning::ListWrites;
-use crate::workload::reuse::ListReuse;
+use crate::workload::demand::{Unbinnable, demand};
+use crate::workload::reuse::{ListReuse, Reuse};
+use crate::workload::{FrameWorkload, Geometry, bin};
+use powergs_base::budget::Budget;
 use powergs_base::config::schema_of;
+use powergs_base::number::NumberFormat;
 use powergs_energy::action::ActionCounts;
 use powergs_frame::fovea::LEVELS;
+use powergs_frame::scene::{Eye, ShDegree};
+use powergs_frame::splat::{Counters, Intersection};
+use powergs_frame::trace::Frame;
 
-pub use pipeline::memo::Memo;
 pub use resolved::ResolvedUnits;
 pub use rules::{Rule, RuleError, UnitRule, UnitRules};
 pub use tables::*;
 
-use regions::RegionWork;
+use measures::CacheKey;
+use reference::Reference;
 use schedule::Plan;
-use subtiles::ChunkRun;
+use subtiles::{ChunkRun, Discipline};
+use vru::{ALPHA, STOPPED_PIXEL};
+
+const KEY: &str = "tile-wise";
+
+/// Its stages, in the order of every report.
+pub const STAGES: [&StageDecl; 8] = [
+    &ccu::CCU,
+    &qsu::QSU,
+    &bsu::BSU,
+    &vru::VRU,
+    &cache::CACHE,
+    &lists::LISTS,
+    &colour::CODEBOOK,
+    &colour::COLOUR,
+];
+
+/// Their streams.
+pub const STREAMS: Streams = Streams::of(&STAGES);
 
 /// The dataflow.
 pub struct TileWiseFlow;
 
 impl Dataflow for TileWiseFlow {
     fn key(&self) -> &'static str {
-        "tile-wise"
+        KEY
     }
 
     fn means(&self) -> &'static str {
@@ -68,16 +98,6 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn stages(&self) -> &'static [&'static StageDecl] {
-        const STAGES: [&StageDecl; 8] = [
-            &ccu::CCU,
-            &qsu::QSU,
-            &bsu::BSU,
-            &vru::VRU,
-            &cache::CACHE,
-            &lists::LISTS,
-            &colour::CODEBOOK,
-            &colour::COLOUR,
-        ];
         &STAGES
     }
 
@@ -105,6 +125,63 @@ impl Dataflow for TileWiseFlow {
     /// (`inert.toml`).
     fn timing(&self, machine: &Machine) -> Vec<u8> {
         machine.tiles().timing(machine.clock)
+    }
+
+    fn numbers(&self, machine: &Machine) -> Option<NumberFormat> {
+        machine.tiles().record.numbers
+    }
+
+    fn overlaps(&self, machine: &Machine) -> bool {
+        machine.tiles().schedule.overlap != Overlap::None
+    }
+
+    fn work_key(&self, machine: &Machine) -> WorkKey {
+        work_key(machine.tiles().geometry)
+    }
+
+    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
+        demand(frame, geometry(key), budget)
+    }
+
+    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
+        Box::new(bin(frame, geometry(key)))
+    }
+
+    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
+        accounts::fits(workload(task)?, task)
+    }
+
+    fn takes_over(&self, machine: &Machine) -> Option<u32> {
+        let period = machine.tiles().gsu.reuse_period;
+        (period > 1).then_some(period)
+    }
+
+    fn hand_over(
+        &self,
+        machine: &Machine,
+        work: &dyn Work,
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> Option<Handed> {
+        let period = self.takes_over(machine)?;
+        let reuse = measures::reuse(work.of()?, eye, period, history)?;
+        Some(Box::new(reuse))
+    }
+
+    fn shared(&self, machine: &Machine) -> Option<String> {
+        pipeline::memo::shared_by(machine)
+    }
+
+    fn run(
+        &self,
+        task: &FrameTask<'_>,
+        observer: Option<&mut dyn Observer>,
+    ) -> Result<FlowOutcome, SimError> {
+        let workload = workload(task)?;
+        match observer {
+            None => run(task, workload, &mut ()),
+            Some(mut observer) => run(task, workload, &mut observer),
+        }
     }
 }
 
@@ -162,35 +239,17 @@ pub struct FrameReplay {
 /// When the workload was binned with another geometry than the machine's, or when the machine is
 /// one that no check lets through (a unit count, width or interval of zero).
 pub fn replay(workload: &FrameWorkload, machine: &Machine) -> FrameReplay {
-    replay_with(workload, machine, FrameContext::default(), &mut ())
+    replay_with(workload, machine, FrameContext::default(), &Memo::default(), &mut ())
 }
 
-/// As [`replay`], in a frame context, and tells `observer` what every unit did when.
+/// As [`replay`], in a frame context, and tells `observer` what every unit did when. `memo` belongs
+/// to this frame; the result is the same with any, and is there sooner if an earlier machine
+/// prepared the same.
 pub fn replay_with(
     workload: &FrameWorkload,
     machine: &Machine,
     context: FrameContext,
-    observer: &mut impl Observer,
-) -> FrameReplay {
-    through(workload, machine, context, None, observer)
-}
-
-/// As [`replay`], in a frame context, for many machines on one frame: `memo` belongs to this frame.
-/// The result is the same, and is there sooner if an earlier machine preprocessed alike.
-pub fn replay_again(
-    workload: &FrameWorkload,
-    machine: &Machine,
-    context: FrameContext,
     memo: &Memo,
-) -> FrameReplay {
-    through(workload, machine, context, Some(memo), &mut ())
-}
-
-fn through(
-    workload: &FrameWorkload,
-    machine: &Machine,
-    context: FrameContext,
-    memo: Option<&Memo>,
     observer: &mut impl Observer,
 ) -> FrameReplay {
     assert_eq!(
@@ -199,26 +258,16 @@ fn through(
         "a workload runs on machines of its geometry"
     );
     let mut units = ResolvedUnits::for_frame(machine, workload);
-    let lists = machine.tiles().list_shape().map(|shape| match memo {
-        Some(memo) => memo.lists(workload, &shape),
-        None => Arc::new(ListWrites::new(workload, shape)),
-    });
+    let lists = machine.tiles().list_shape();
+    let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
     let context = FrameContext { lists: lists.as_deref(), ..context };
-    let calibration = (machine.dram.model == DramModel::Calibrated).then(|| {
-        let reference = reference::machine(machine);
-        match memo {
-            Some(memo) => memo.calibration(workload, reference, &context),
-            None => Arc::new(reference::measure(workload, &reference, &context)),
-        }
-    });
+    let calibration = calibration(workload, machine, &context, memo);
     if let Some(calibration) = &calibration {
         units.dram = calibration.dram();
     }
     let context = FrameContext { calibration: calibration.as_deref(), ..context };
-    let runs = units.vru.discipline.map(|discipline| match memo {
-        Some(memo) => memo.runs(workload, &discipline),
-        None => Arc::new(subtiles::runs(workload, &discipline)),
-    });
+    let make = |discipline: &Discipline| subtiles::runs(workload, discipline);
+    let runs = units.vru.discipline.map(|discipline| memo.get(discipline, make));
     let context = FrameContext { runs: runs.as_ref().map(|runs| runs.as_slice()), ..context };
     let plan = Plan::new(workload, machine, &units, &context);
     let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
@@ -233,5 +282,107 @@ fn through(
         unwritten: traffic::unwritten(workload, &units, &context),
         regions: regions::regions(workload, machine, &units, &plan, &context, &mut check),
         rule_error: check.error,
+    }
+}
+
+/// What the `calibrated` model of the memory of a machine knows of a frame; `None` with another
+/// model. The context has the lists of the frame, where the machine makes them.
+pub fn calibration(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    context: &FrameContext,
+    memo: &Memo,
+) -> Option<Arc<Calibration>> {
+    (machine.dram.model == DramModel::Calibrated).then(|| {
+        let make = |key: &Reference| reference::measure(workload, &key.0, context, memo);
+        memo.get(Reference(reference::machine(machine)), make)
+    })
+}
+
+/// Takes a frame through a machine, with what is measured of it.
+fn run(
+    task: &FrameTask<'_>,
+    workload: &FrameWorkload,
+    observer: &mut impl Observer,
+) -> Result<FlowOutcome, SimError> {
+    let FrameTask { machine, memo, .. } = *task;
+    let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
+    let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
+    let context = FrameContext {
+        hits: cache.as_ref().map(|cache| cache.hits.as_slice()),
+        reuse: reuse.map(|reuse| reuse.lists.as_slice()),
+        ..FrameContext::default()
+    };
+    let replay = replay_with(workload, machine, context, memo, observer);
+    if let Some(error) = &replay.rule_error {
+        return Err(Incompatible::from(error.clone()).into());
+    }
+    accounts::written(task.frame, workload, machine, &replay, reuse.is_some())?;
+    let lists = match reuse {
+        Some(reuse) => Some(ListOrder::Reused(reuse.summary)),
+        None => task.checks_order.then(|| {
+            let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
+            ListOrder::Sorted(*order)
+        }),
+    };
+    let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
+    Ok(FlowOutcome {
+        timing: replay.timing,
+        executed_evaluations: replay.actions.total(ALPHA) + replay.actions.total(STOPPED_PIXEL),
+        live_evaluations: live.sum(),
+        actions: replay.actions,
+        served: replay.served,
+        unwritten_bytes: replay.unwritten,
+        lists,
+        cache: cache.map(|cache| CacheSummary::of(&cache)),
+        fovea: FoveaSummary::of(workload)
+            .zip(replay.regions)
+            .map(|(summary, regions)| Foveal { summary, regions }),
+    })
+}
+
+/// The work of tile-wise machines.
+///
+/// # Errors
+/// [`Incompatible::Work`]: the work of another dataflow.
+fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible> {
+    task.work.of().ok_or_else(|| Incompatible::Work {
+        work: task.work.key().to_string(),
+        machine: task.machine.name.clone(),
+        needed: TileWiseFlow.work_key(task.machine).to_string(),
+    })
+}
+
+/// The key of workloads of a geometry.
+pub fn work_key(geometry: Geometry) -> WorkKey {
+    let Geometry { tile, subtile, sort_group, chunk, test } = geometry;
+    WorkKey { flow: KEY, numbers: vec![tile, subtile, sort_group, chunk, test as u32] }
+}
+
+/// The geometry of a key.
+fn geometry(key: &WorkKey) -> Geometry {
+    let [tile, subtile, sort_group, chunk, test] = key.numbers[..] else {
+        panic!("a key of {KEY} has five numbers: {key}")
+    };
+    let tests = [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse];
+    let test = tests.into_iter().find(|known| *known as u32 == test);
+    Geometry { tile, subtile, sort_group, chunk, test: test.expect("a key of a geometry") }
+}
+
+impl Work for FrameWorkload {
+    fn key(&self) -> WorkKey {
+        work_key(self.geometry)
+    }
+
+    fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    fn sh_degree(&self) -> ShDegree {
+        self.sh_degree
+    }
+
+    fn bytes(&self) -> usize {
+        FrameWorkload::bytes(self)
     }
 }

@@ -39,7 +39,7 @@ impl Banks {
     }
 
     /// Bytes of one word.
-    pub(crate) fn word(&self) -> u64 {
+    pub fn word(&self) -> u64 {
         self.word.get()
     }
 

@@ -28,12 +28,12 @@ impl BufferAllocator {
     }
 
     /// Bytes allocated.
-    pub(crate) fn used(&self) -> u64 {
+    pub fn used(&self) -> u64 {
         self.used
     }
 
     /// Bytes that are free with `more` allocated; `None` where that is larger than the buffer.
-    pub(crate) fn free_with(&self, more: u64) -> Option<u64> {
+    pub fn free_with(&self, more: u64) -> Option<u64> {
         self.capacity.checked_sub(self.used.checked_add(more)?)
     }
 

@@ -7,7 +7,8 @@
 //! in numbers of units, in sizes of buffers or in anything else that only moves requests in time
 //! have one calibration a frame between them, and it does not depend on who else is simulated.
 //!
-//! Timing rule, for each stream of requests ([`Stream`]), in the order in which requests are made:
+//! Timing rule, for each stream of requests ([`StreamId`]), in the order in which requests are
+//! made:
 //!
 //! * **Bus time.** A burst of a stream takes the longer of its data and of its share of activates
 //!   on the buses of all channels. These are stretched, by one factor for all streams of a phase
@@ -28,7 +29,7 @@
 //! than those of the reference, and machines whose few writes under way wait for reads to pause.
 
 use crate::kernel::dram::{Channel, Dram, StreamCost};
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::{Observer, Span};
 use powergs_dram::stats::Traffic;
 use powergs_dram::{Device, DramCommands, StageCommands, Stats};
@@ -37,7 +38,7 @@ use powergs_energy::action::Phase;
 /// A request of a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CalibrationSample {
-    pub(super) stream: Stream,
+    pub(super) stream: StreamId,
     pub(super) bytes: u64,
     /// The cycle in which it was made, and that in which it was done.
     pub(super) issued: u64,
@@ -57,7 +58,9 @@ pub(crate) struct Recording {
 pub(crate) struct CalibrationRecorder;
 
 impl Observer for CalibrationRecorder {
-    const WANTS_TIMES: bool = true;
+    fn wants_times(&self) -> bool {
+        true
+    }
 
     fn span(&mut self, _: Span) {}
 }
@@ -73,9 +76,10 @@ struct PerByte {
 /// What a run of the device says about the streams of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
+    streams: &'static Streams,
     dram: Dram,
     burst_bytes: u64,
-    commands: [PerByte; Stream::COUNT],
+    commands: [PerByte; Streams::MOST],
     /// Precharges of an activate.
     precharges: f64,
     /// Refreshes of all banks and of one bank, per cycle.
@@ -88,22 +92,27 @@ pub struct Calibration {
 
 impl Calibration {
     /// What a run on a device says; `is_apart`: preprocessing ends before the other phases begin.
-    pub(crate) fn of(recording: &Recording, device: &Device, is_apart: bool) -> Calibration {
-        CalibrationFit::new(recording, device, is_apart).calibration()
+    pub(crate) fn of(
+        recording: &Recording,
+        streams: &'static Streams,
+        device: &Device,
+        is_apart: bool,
+    ) -> Calibration {
+        CalibrationFit::new(recording, streams, device, is_apart).calibration()
     }
 
     /// The memory.
-    pub(crate) fn dram(&self) -> Dram {
+    pub fn dram(&self) -> Dram {
         self.dram
     }
 
     /// The commands for so many bytes of each stream in a frame of so many cycles.
-    pub(super) fn commands(&self, bytes: &[u64; Stream::COUNT], frame: u64) -> DramCommands {
+    pub(super) fn commands(&self, bytes: &[u64; Streams::MOST], frame: u64) -> DramCommands {
         let mut stages = [StageCommands::default(); 3];
-        for stream in Stream::ALL {
-            let (per, bytes) = (&self.commands[stream as usize], bytes[stream as usize] as f64);
+        for stream in self.streams.all() {
+            let (per, bytes) = (&self.commands[stream.index()], bytes[stream.index()] as f64);
             let of = |per: f64| (per * bytes).round() as u64;
-            stages[stream.stage() as usize].add(StageCommands {
+            stages[self.streams.phase(stream) as usize].add(StageCommands {
                 reads: of(per.reads),
                 writes: of(per.writes),
                 activates: of(per.activates),
@@ -121,7 +130,7 @@ impl Calibration {
     }
 
     /// Cycles of a frame for which the bus with the most traffic moves data.
-    pub(super) fn busy_cycles(&self, bytes: &[u64; Stream::COUNT], frame: u64) -> u64 {
+    pub(super) fn busy_cycles(&self, bytes: &[u64; Streams::MOST], frame: u64) -> u64 {
         let bursts = |(bytes, per): (&u64, &PerByte)| (per.reads + per.writes) * *bytes as f64;
         let own: f64 = bytes.iter().zip(&self.commands).map(bursts).sum();
         let busy = own * self.busy + frame as f64 * self.busy_for_others;
@@ -161,53 +170,66 @@ const PHASES: usize = 2;
 /// A calibration on its way.
 struct CalibrationFit<'a> {
     recording: &'a Recording,
+    streams: &'static Streams,
     device: &'a Device,
     is_apart: bool,
-    seen: [CalibrationSeen; Stream::COUNT],
+    seen: [CalibrationSeen; Streams::MOST],
     /// Data buses.
     buses: f64,
 }
 
 impl<'a> CalibrationFit<'a> {
-    fn new(recording: &'a Recording, device: &'a Device, is_apart: bool) -> CalibrationFit<'a> {
+    fn new(
+        recording: &'a Recording,
+        streams: &'static Streams,
+        device: &'a Device,
+        is_apart: bool,
+    ) -> CalibrationFit<'a> {
         let classes = &recording.stats.classes;
-        let mut seen = Stream::ALL.map(|stream| CalibrationSeen::new(&classes[stream as usize]));
+        let mut seen = std::array::from_fn(|stream| CalibrationSeen::new(&classes[stream]));
         for sample in &recording.samples {
-            let seen = &mut seen[sample.stream as usize];
+            let seen = &mut seen[sample.stream.index()];
             seen.requests += 1.0;
             seen.bytes += sample.bytes as f64;
         }
         let organisation = &device.organisation;
         let buses = f64::from(organisation.channels * organisation.pseudo_channels);
-        CalibrationFit { recording, device, is_apart, seen, buses }
+        CalibrationFit { recording, streams, device, is_apart, seen, buses }
+    }
+
+    /// Something of each stream; nothing behind the last.
+    fn each<T: Copy + Default>(&self, of: impl Fn(StreamId) -> T) -> [T; Streams::MOST] {
+        let mut all = [T::default(); Streams::MOST];
+        self.streams.all().for_each(|stream| all[stream.index()] = of(stream));
+        all
     }
 
     fn cycles(&self, ck: u32) -> f64 {
         f64::from(ck) * self.recording.cycles_per_ck
     }
 
-    fn phase(&self, stream: Stream) -> usize {
-        let is_apart = self.is_apart && stream.stage() != Phase::Preprocessing;
+    fn phase(&self, stream: StreamId) -> usize {
+        let is_apart = self.is_apart && self.streams.phase(stream) != Phase::Preprocessing;
         usize::from(is_apart)
     }
 
-    fn streams(&self, phase: usize) -> impl Iterator<Item = Stream> {
-        Stream::ALL.into_iter().filter(move |&stream| self.phase(stream) == phase)
+    fn of_phase(&self, phase: usize) -> impl Iterator<Item = StreamId> {
+        self.streams.all().filter(move |&stream| self.phase(stream) == phase)
     }
 
     /// Bus time of a stream without stretch: its data, or its activates.
-    fn bus_time(&self, stream: Stream) -> f64 {
-        let (timing, seen) = (&self.device.timing, &self.seen[stream as usize]);
+    fn bus_time(&self, stream: StreamId) -> f64 {
+        let (timing, seen) = (&self.device.timing, &self.seen[stream.index()]);
         let activate =
             self.cycles(timing.activate_short).max(self.cycles(timing.four_activates) / 4.0);
         (seen.bursts() * self.cycles(timing.burst)).max(seen.activates * activate) / self.buses
     }
 
     /// Cycles from the bus time of a request to its end in an idle memory.
-    fn latency(&self, stream: Stream) -> f64 {
+    fn latency(&self, stream: StreamId) -> f64 {
         let timing = &self.device.timing;
         let row = timing.precharge_to_activate + timing.activate_to_read;
-        if stream.is_write() {
+        if self.streams.is_write(stream) {
             return self.cycles(row + timing.read_to_write + timing.write_to_read_long);
         }
         let controller = self.device.ck(self.device.controller.latency) as f64;
@@ -236,20 +258,20 @@ impl<'a> CalibrationFit<'a> {
     fn calibration(&self) -> Calibration {
         let work: [f64; PHASES] = std::array::from_fn(|phase| self.time_at_work(phase));
         let stretch: [f64; PHASES] = std::array::from_fn(|phase| {
-            let least: f64 = self.streams(phase).map(|stream| self.bus_time(stream)).sum();
+            let least: f64 = self.of_phase(phase).map(|stream| self.bus_time(stream)).sum();
             if least > 0.0 { (work[phase] / least).max(1.0) } else { 1.0 }
         });
-        let unloaded = Stream::ALL.map(|stream| self.unloaded(stream, stretch[self.phase(stream)]));
+        let unloaded = self.each(|stream| self.unloaded(stream, stretch[self.phase(stream)]));
         let queues: [f64; PHASES] =
             std::array::from_fn(|phase| self.read_queues(phase, stretch[phase]));
         let later = self.later(&unloaded, queues.map(|cycles| 2.0 * cycles));
-        let costs = Stream::ALL.map(|stream| {
-            let (cost, phase) = (unloaded[stream as usize], self.phase(stream));
-            let most = match stream.is_write() {
+        let costs = self.each(|stream| {
+            let (cost, phase) = (unloaded[stream.index()], self.phase(stream));
+            let most = match self.streams.is_write(stream) {
                 true => self.filling(phase, work[phase]) / 2.0,
                 false => queues[phase],
             };
-            let loaded = (later[stream as usize] - cost.latency).clamp(0.0, most);
+            let loaded = (later[stream.index()] - cost.latency).clamp(0.0, most);
             StreamCost { loaded, full: queues[phase] / 2.0, ..cost }
         });
         self.with_costs(costs)
@@ -257,8 +279,8 @@ impl<'a> CalibrationFit<'a> {
 
     /// Time in which full read queues of all channels are served.
     fn read_queues(&self, phase: usize, stretch: f64) -> f64 {
-        let bursts: f64 = self.streams(phase).map(|s| self.seen[s as usize].bursts()).sum();
-        let time: f64 = self.streams(phase).map(|stream| self.bus_time(stream)).sum();
+        let bursts: f64 = self.of_phase(phase).map(|s| self.seen[s.index()].bursts()).sum();
+        let time: f64 = self.of_phase(phase).map(|stream| self.bus_time(stream)).sum();
         let each = if bursts > 0.0 { time * stretch / bursts } else { 0.0 };
         let channels = f64::from(self.device.organisation.channels);
         f64::from(self.device.controller.read_queue) * channels * each
@@ -266,7 +288,7 @@ impl<'a> CalibrationFit<'a> {
 
     /// Time in which the writes of a phase fill the write queues of all channels.
     fn filling(&self, phase: usize, work: f64) -> f64 {
-        let written: f64 = self.streams(phase).map(|s| self.seen[s as usize].writes).sum();
+        let written: f64 = self.of_phase(phase).map(|s| self.seen[s.index()].writes).sum();
         let controller = &self.device.controller;
         let channels = f64::from(self.device.organisation.channels);
         let bursts = controller.write_high * f64::from(controller.write_queue) * channels;
@@ -274,15 +296,15 @@ impl<'a> CalibrationFit<'a> {
     }
 
     /// What a stream costs in an idle memory.
-    fn unloaded(&self, stream: Stream, stretch: f64) -> StreamCost {
-        let seen = &self.seen[stream as usize];
+    fn unloaded(&self, stream: StreamId, stretch: f64) -> StreamCost {
+        let seen = &self.seen[stream.index()];
         let latency = self.latency(stream);
         if seen.bursts() == 0.0 || seen.bytes == 0.0 {
             return StreamCost { latency, ..StreamCost::default() };
         }
         let burst = self.bus_time(stream) * stretch / seen.bursts();
         let filled = seen.bytes / self.device.organisation.burst.0 as f64;
-        let touched = match stream.is_contiguous() {
+        let touched = match self.streams.is_contiguous(stream) {
             true => ((seen.bursts() - filled) / seen.requests).clamp(0.0, 1.0),
             false => 0.0,
         };
@@ -294,16 +316,16 @@ impl<'a> CalibrationFit<'a> {
     /// cycles of their phase in front of them; 0 for streams without such requests.
     fn later(
         &self,
-        costs: &[StreamCost; Stream::COUNT],
+        costs: &[StreamCost; Streams::MOST],
         longest: [f64; PHASES],
-    ) -> [f64; Stream::COUNT] {
+    ) -> [f64; Streams::MOST] {
         let mut channel = Channel::new(Dram::of_streams(*costs));
-        let mut sums = [(0.0, 0.0); Stream::COUNT];
+        let mut sums = [(0.0, 0.0); Streams::MOST];
         for sample in &self.recording.samples {
             let queue = channel.free_cycles() - sample.issued as f64;
             channel.serve(sample.issued, sample.stream, sample.bytes);
             if queue > 0.0 && queue <= longest[self.phase(sample.stream)] {
-                let (sum, n) = &mut sums[sample.stream as usize];
+                let (sum, n) = &mut sums[sample.stream.index()];
                 *sum += sample.done as f64 - channel.free_cycles();
                 *n += 1.0;
             }
@@ -312,8 +334,8 @@ impl<'a> CalibrationFit<'a> {
     }
 
     /// Commands per byte of a stream that the run had.
-    fn per_byte(&self, stream: Stream) -> PerByte {
-        let seen = &self.seen[stream as usize];
+    fn per_byte(&self, stream: StreamId) -> PerByte {
+        let seen = &self.seen[stream.index()];
         PerByte {
             reads: seen.reads / seen.bytes,
             writes: seen.writes / seen.bytes,
@@ -323,19 +345,19 @@ impl<'a> CalibrationFit<'a> {
 
     /// The calibration with these costs. A stream that the run did not have is like one that it
     /// had, or whole bursts at the peak rate.
-    fn with_costs(&self, costs: [StreamCost; Stream::COUNT]) -> Calibration {
+    fn with_costs(&self, costs: [StreamCost; Streams::MOST]) -> Calibration {
         let Recording { stats, cycles_per_ck, frame, .. } = self.recording;
         let organisation = &self.device.organisation;
-        let had = |stream: &Stream| self.seen[*stream as usize].bursts() > 0.0;
+        let had = |stream: &StreamId| self.seen[stream.index()].bursts() > 0.0;
         let burst_bytes = organisation.burst.0;
         let per_burst = 1.0 / burst_bytes as f64;
-        let of = |stream: Stream| match stream.and_similar().into_iter().find(had) {
-            Some(similar) => (costs[similar as usize], self.per_byte(similar)),
+        let of = |stream: StreamId| match self.streams.and_similar(stream).into_iter().find(had) {
+            Some(similar) => (costs[similar.index()], self.per_byte(similar)),
             None => {
                 let byte = self.cycles(self.device.timing.burst) / self.buses * per_burst;
                 let latency = self.latency(stream);
                 let (reads, writes) =
-                    if stream.is_write() { (0.0, per_burst) } else { (per_burst, 0.0) };
+                    if self.streams.is_write(stream) { (0.0, per_burst) } else { (per_burst, 0.0) };
                 let cost = StreamCost { byte, latency, ..StreamCost::default() };
                 (cost, PerByte { reads, writes, activates: 0.0 })
             }
@@ -346,9 +368,10 @@ impl<'a> CalibrationFit<'a> {
         let busy = stats.busy_max as f64 * cycles_per_ck / all;
         let precharges = (stats.precharges + stats.precharges_all) as f64;
         Calibration {
-            dram: Dram::of_streams(Stream::ALL.map(|stream| of(stream).0)),
+            streams: self.streams,
+            dram: Dram::of_streams(self.each(|stream| of(stream).0)),
             burst_bytes,
-            commands: Stream::ALL.map(|stream| of(stream).1),
+            commands: self.each(|stream| of(stream).1),
             precharges: precharges / stats.activates.max(1) as f64,
             refreshes: [stats.refreshes_all, stats.refreshes_bank].map(|n| n as f64 / frame),
             busy,

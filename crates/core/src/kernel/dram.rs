@@ -9,7 +9,7 @@
 //! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)). A second master takes
 //! its share of the bus all the time: the rest is the rate of the accelerator.
 
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::{StreamId, Streams};
 use crate::machine::DramSpec;
 use powergs_base::quantity::{BytesPerSecond, Hertz};
 
@@ -62,25 +62,25 @@ pub(super) struct StreamCost {
 /// The memory: how long a request takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dram {
-    streams: [Service; Stream::COUNT],
+    streams: [Service; Streams::MOST],
 }
 
 impl Dram {
-    /// The memory of `spec` with this peak rate, seen from a clock.
-    pub fn new(spec: &DramSpec, peak: BytesPerSecond, clock: Hertz) -> Self {
+    /// The memory of `spec` with this peak rate, seen from a clock by these streams.
+    pub fn new(spec: &DramSpec, peak: BytesPerSecond, clock: Hertz, streams: &Streams) -> Self {
         let ticks_per_second = clock.0 * TICKS as f64;
         let left = 1.0 - spec.second_master.share(peak.0);
         let per_byte = ticks_per_second / (peak.0 * spec.efficiency * left);
         let latency = spec.latency.0 * 1e-9 * ticks_per_second;
-        Self {
-            streams: Stream::ALL.map(|stream| {
-                Service::new(per_byte, if stream.is_write() { 0.0 } else { latency })
-            }),
+        let mut all = [Service::new(per_byte, latency); Streams::MOST];
+        for stream in streams.all().filter(|stream| streams.is_write(*stream)) {
+            all[stream.index()].latency = 0;
         }
+        Self { streams: all }
     }
 
     /// A memory whose streams cost this.
-    pub(super) fn of_streams(costs: [StreamCost; Stream::COUNT]) -> Self {
+    pub(super) fn of_streams(costs: [StreamCost; Streams::MOST]) -> Self {
         let ticks = |cycles: f64| cycles * TICKS as f64;
         let service = |cost: StreamCost| Service {
             fixed: ticks(cost.request).round() as u64,
@@ -94,8 +94,8 @@ impl Dram {
     /// Ticks from the last byte of a request on the bus until it is done, behind a queue of so many
     /// ticks.
     #[inline]
-    pub fn latency(&self, stream: Stream, queue: u64) -> u64 {
-        let s = &self.streams[stream as usize];
+    pub fn latency(&self, stream: StreamId, queue: u64) -> u64 {
+        let s = &self.streams[stream.index()];
         if s.loaded == 0 {
             return s.latency;
         }
@@ -104,15 +104,15 @@ impl Dram {
 
     /// Ticks for which `bytes` of a stream hold the bus, at least 1.
     #[inline]
-    pub fn service(&self, stream: Stream, bytes: u64) -> u64 {
-        let (bytes, rate) = (u128::from(bytes), self.streams[stream as usize].rate);
+    pub fn service(&self, stream: StreamId, bytes: u64) -> u64 {
+        let (bytes, rate) = (u128::from(bytes), self.streams[stream.index()].rate);
         let ticks = match u64::try_from(rate) {
             Ok(rate) => bytes * u128::from(rate),
             Err(_) => bytes.saturating_mul(rate),
         };
         let ticks = ticks.div_ceil(1 << FRACTION);
         let ticks = u64::try_from(ticks).unwrap_or(u64::MAX).max(1);
-        ticks.saturating_add(self.streams[stream as usize].fixed)
+        ticks.saturating_add(self.streams[stream.index()].fixed)
     }
 }
 
@@ -123,26 +123,26 @@ pub struct Channel {
     free: u64,
     busy: u64,
     served: u64,
-    bytes: [u64; Stream::COUNT],
+    bytes: [u64; Streams::MOST],
 }
 
 impl Channel {
     /// An idle channel.
     pub fn new(dram: Dram) -> Self {
-        Self { dram, free: 0, busy: 0, served: 0, bytes: [0; Stream::COUNT] }
+        Self { dram, free: 0, busy: 0, served: 0, bytes: [0; Streams::MOST] }
     }
 
     /// Takes a request in cycle `now`; returns the cycle in which a read is there, or in which the
     /// last byte of a write has left.
     #[inline]
-    pub fn serve(&mut self, now: u64, stream: Stream, bytes: u64) -> u64 {
+    pub fn serve(&mut self, now: u64, stream: StreamId, bytes: u64) -> u64 {
         let service = self.dram.service(stream, bytes);
         let now = now.saturating_mul(TICKS);
         let latency = self.dram.latency(stream, self.free.saturating_sub(now));
         self.free = now.max(self.free).saturating_add(service);
         self.busy = self.busy.saturating_add(service);
         self.served += 1;
-        self.bytes[stream as usize] += bytes;
+        self.bytes[stream.index()] += bytes;
         self.free.saturating_add(latency).div_ceil(TICKS)
     }
 
@@ -152,7 +152,7 @@ impl Channel {
     }
 
     /// Bytes of each stream so far.
-    pub fn bytes(&self) -> [u64; Stream::COUNT] {
+    pub fn bytes(&self) -> [u64; Streams::MOST] {
         self.bytes
     }
 

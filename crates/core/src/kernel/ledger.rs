@@ -1,33 +1,37 @@
 //! Cycle account of one unit, or of a gang of units that work together: busy, stalled by cause,
 //! idle.
 
+use crate::kernel::UnitCycles;
 use crate::kernel::timeline::{Observer, Span, State};
 use crate::stage::Stall;
 use powergs_energy::action::StageId;
 
 /// The account.
 #[derive(Debug, Clone)]
-pub(crate) struct Ledger {
+pub struct Ledger {
     unit: StageId,
     instance: u32,
+    /// Cycles with work.
     pub busy: u64,
     /// By [`Stall::index`].
     pub stalls: [u64; Stall::MOST],
+    /// Cycles without work.
     pub idle: u64,
 }
 
 impl Ledger {
-    pub(crate) fn new(unit: StageId, instance: u32) -> Self {
+    /// A unit, and which of its kind, before its first cycle.
+    pub fn new(unit: StageId, instance: u32) -> Self {
         Self { unit, instance, busy: 0, stalls: [0; Stall::MOST], idle: 0 }
     }
 
     /// Which CCU, or which core.
-    pub(crate) fn instance(&self) -> u32 {
+    pub fn instance(&self) -> u32 {
         self.instance
     }
 
     /// Books the cycles from `from` up to `to`.
-    pub(crate) fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
+    pub fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
         if from >= to {
             return;
         }
@@ -38,4 +42,23 @@ impl Ledger {
         }
         observer.span(Span { unit: self.unit, instance: self.instance, state, from, to });
     }
+}
+
+/// Sums the ledgers of gangs of `gang` units each.
+pub fn cycles<'a>(
+    unit: StageId,
+    gang: u32,
+    ledgers: impl Iterator<Item = &'a Ledger>,
+) -> UnitCycles {
+    let stalls = [0; Stall::MOST];
+    let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };
+    for ledger in ledgers {
+        sum.instances += gang;
+        sum.busy += ledger.busy * u64::from(gang);
+        sum.idle += ledger.idle * u64::from(gang);
+        for (total, cycles) in sum.stalls.iter_mut().zip(ledger.stalls) {
+            *total += cycles * u64::from(gang);
+        }
+    }
+    sum
 }

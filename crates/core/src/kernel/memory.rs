@@ -8,7 +8,7 @@ use crate::kernel::DramUse;
 use crate::kernel::calibration::{Calibration, CalibrationSample, Recording};
 use crate::kernel::dram::{Channel, Dram};
 use crate::kernel::second_master::SecondMaster;
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use crate::machine::{DramModel, Machine};
@@ -43,7 +43,7 @@ pub(crate) const DOUBLES: [DoubleDecl; 3] = [
 ];
 
 /// No cycle.
-pub(crate) const NEVER: u64 = u64::MAX;
+pub const NEVER: u64 = u64::MAX;
 
 /// A request under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub struct Arrival(u64);
 
 impl Arrival {
     /// Nothing is waited for.
-    pub(crate) const NOW: Arrival = Arrival(0);
+    pub const NOW: Arrival = Arrival(0);
 }
 
 /// A request of a unit.
@@ -60,7 +60,7 @@ pub struct Request {
     /// The agent that issues it, and that its completion wakes.
     pub owner: u32,
     /// What it reads or writes.
-    pub stream: Stream,
+    pub stream: StreamId,
     /// Bytes requested.
     pub bytes: u64,
 }
@@ -83,6 +83,7 @@ pub trait Layout {
 /// The memory of one frame.
 pub struct Memory<'a, L: Layout> {
     layout: L,
+    streams: &'static Streams,
     traffic: Traffic,
     timer: Timer<L::Pattern>,
     /// The second master, where its requests are timed.
@@ -144,7 +145,7 @@ struct Queued<P> {
 const MASTERS: u32 = 1 << 31;
 
 /// The class of its requests in statistics, behind those of the streams.
-const MASTER_CLASS: u8 = Stream::COUNT as u8;
+const MASTER_CLASS: u8 = Streams::MOST as u8;
 
 /// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
 #[derive(Debug, Clone, Copy)]
@@ -183,8 +184,9 @@ impl<'a, L: Layout> Memory<'a, L> {
     ///
     /// # Panics
     /// When the machine's model needs a device and [`Machine::link`] was never called.
-    pub(crate) fn new(
+    pub fn new(
         layout: L,
+        streams: &'static Streams,
         machine: &Machine,
         flat: Dram,
         calibration: Option<&'a Calibration>,
@@ -213,19 +215,19 @@ impl<'a, L: Layout> Memory<'a, L> {
             DramModel::Banked => (0.0, 0.0),
         };
         let (traffic, samples) = (Traffic::default(), Vec::new());
-        Memory { layout, traffic, timer, master, share, calibration, samples, frame: 0 }
+        Memory { layout, streams, traffic, timer, master, share, calibration, samples, frame: 0 }
     }
 
     /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
     /// which they were issued.
-    pub(crate) fn keeps_order(&self) -> bool {
+    pub fn keeps_order(&self) -> bool {
         matches!(self.timer, Timer::Flat(_)) && self.calibration.is_none()
     }
 
     /// Issues a request in cycle `now`; `span` gives its addresses. A request of no bytes does not
     /// reach the memory and is done one cycle later.
     #[inline]
-    pub(crate) fn issue<O: Observer>(
+    pub fn issue<O: Observer>(
         &mut self,
         now: u64,
         request: Request,
@@ -236,13 +238,13 @@ impl<'a, L: Layout> Memory<'a, L> {
             return Arrival(now + 1);
         }
         let (stream, bytes) = (request.stream, request.bytes);
-        let stage = &mut self.traffic.stages[stream.stage() as usize];
-        *(if stream.is_write() { &mut stage.write } else { &mut stage.read }) += bytes;
-        if O::WANTS_TIMES {
+        let stage = &mut self.traffic.stages[self.streams.phase(stream) as usize];
+        *(if self.streams.is_write(stream) { &mut stage.write } else { &mut stage.read }) += bytes;
+        if observer.wants_times() {
             self.samples.push(CalibrationSample { stream, bytes, issued: now, done: NEVER });
         }
         match &mut self.timer {
-            Timer::Flat(channel) if !O::WANTS_REQUESTS => {
+            Timer::Flat(channel) if !observer.wants_requests() => {
                 Arrival(channel.serve(now, stream, bytes))
             }
             Timer::Flat(_) | Timer::Banked(..) => {
@@ -255,7 +257,7 @@ impl<'a, L: Layout> Memory<'a, L> {
 
     /// Issues a request to a memory that may depend on addresses.
     fn issue_at(&mut self, now: u64, request: Request, span: L::Pattern) -> Arrival {
-        let (class, write) = (request.stream as u8, request.stream.is_write());
+        let (class, write) = (request.stream.index() as u8, self.streams.is_write(request.stream));
         match &mut self.timer {
             Timer::Flat(channel) => Arrival(channel.serve(now, request.stream, request.bytes)),
             Timer::Banked(queued, clocks) => {
@@ -274,18 +276,18 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     fn tell<O: Observer>(&self, request: &Request, span: &L::Pattern, observer: &mut O) {
-        if !O::WANTS_REQUESTS {
+        if !observer.wants_requests() {
             return;
         }
-        let mut cursor = 0;
+        let (mut cursor, is_write) = (0, self.streams.is_write(request.stream));
         while let Some(p) = self.layout.piece(span, &mut cursor) {
-            observer.request(request.stream.is_write(), p.address, p.bytes);
+            observer.request(is_write, p.address, p.bytes);
         }
     }
 
     /// The cycle in which a request is done; [`NEVER`] while that is not known.
     #[inline]
-    pub(crate) fn at(&self, arrival: Arrival) -> u64 {
+    pub fn at(&self, arrival: Arrival) -> u64 {
         match &self.timer {
             Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {
                 queued.requests[(arrival.0 & !UNKNOWN) as usize].3
@@ -295,7 +297,7 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// Cycle in which a request completes, if that is known already; otherwise 0.
-    pub(crate) fn known_end(&self, arrival: Arrival) -> u64 {
+    pub fn known_end(&self, arrival: Arrival) -> u64 {
         match self.at(arrival) {
             NEVER => 0,
             cycle => cycle,
@@ -305,7 +307,7 @@ impl<'a, L: Layout> Memory<'a, L> {
     /// Runs the `banked` model until a request completes, at most until cycle `until`; returns the
     /// cycle of completion and the agent of the request. The second master's requests enter as they
     /// arrive.
-    pub(crate) fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+    pub fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
         let clocks = *clocks;
         let limit = clocks.ck_until(until);
@@ -355,7 +357,7 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// Ends the frame in cycle `frame`: the second master's requests up to then are counted.
-    pub(crate) fn close(&mut self, frame: u64) {
+    pub fn close(&mut self, frame: u64) {
         self.frame = frame;
         match (&mut self.timer, &mut self.master) {
             (Timer::Banked(..), Some(_)) => while self.advance(frame).is_some() {},
@@ -364,7 +366,7 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// The channel of the `bandwidth` model, and the bytes asked for; `None` with the others.
-    pub(crate) fn flat(&self) -> Option<(&Channel, Traffic)> {
+    pub fn flat(&self) -> Option<(&Channel, Traffic)> {
         match &self.timer {
             Timer::Flat(channel) => Some((channel, self.traffic)),
             Timer::Banked(..) => None,
@@ -372,13 +374,13 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// Continues with the state of another channel of the same rate.
-    pub(crate) fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
+    pub fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
         self.timer = Timer::Flat(Box::new(channel));
         self.traffic = traffic;
     }
 
     /// Bytes asked for, by stage.
-    pub(crate) fn traffic(&self) -> Traffic {
+    pub fn traffic(&self) -> Traffic {
         self.traffic
     }
 
@@ -396,7 +398,7 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// DRAM activity of the frame.
-    pub(crate) fn usage(&self) -> DramUse {
+    pub fn usage(&self) -> DramUse {
         let total = self.traffic.total();
         let usage = match &self.timer {
             Timer::Flat(channel) => {
@@ -423,8 +425,7 @@ impl<'a, L: Layout> Memory<'a, L> {
             }
             Timer::Banked(queued, clocks) => {
                 let issued = queued.requests.len() as u64;
-                let mut usage =
-                    device_usage(&queued.device.stats(), *clocks, queued.device.burst_bytes());
+                let mut usage = device_usage(self.streams, &queued.device, *clocks);
                 usage.requests_issued = issued;
                 usage
             }
@@ -443,13 +444,14 @@ fn ticket(number: u64) -> u32 {
     number.expect("fewer than 2^31 requests in a frame")
 }
 
-fn device_usage(stats: &powergs_dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
+fn device_usage(streams: &Streams, device: &Banked, clocks: Clocks) -> DramUse {
+    let (stats, burst_bytes) = (device.stats(), device.burst_bytes());
     let master = &stats.classes[usize::from(MASTER_CLASS)];
     let served = stats.total.requests - master.requests;
     let mut stages = [StageCommands::default(); 3];
-    for stream in Stream::ALL {
-        let t = &stats.classes[stream as usize];
-        stages[stream.stage() as usize].add(StageCommands {
+    for stream in streams.all() {
+        let t = &stats.classes[stream.index()];
+        stages[streams.phase(stream) as usize].add(StageCommands {
             reads: t.reads,
             writes: t.writes,
             activates: t.row_misses + t.row_conflicts,

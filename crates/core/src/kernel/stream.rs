@@ -1,120 +1,166 @@
-//! The streams of requests that the units of a machine make: what is read or written, and why.
+//! The streams of requests that the stages of a dataflow make: what is read or written, and why.
 
+use crate::stage::{StageDecl, same};
 use powergs_energy::action::Phase;
 
-/// A kind of request.
+/// Requests of one kind, as the stage that makes them declares it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stream {
-    /// The first read of a batch: something of all records.
-    Records,
-    /// Its second read: something of the survivors.
-    Survivors,
-    /// Its third read: colours of splats.
-    Colours,
-    /// What a CCU reads of lists and pointers before it writes.
-    ReadBack,
-    /// Splats and list entries that a CCU writes.
-    Results,
-    /// Lists of tiles.
-    Lists,
-    /// Sorted lists that are kept for the next frame.
-    KeptLists,
-    /// Keys that do not fit the sorting buffer, on their way out.
-    SpillOut,
-    /// The same on their way back.
-    SpillIn,
-    /// Features and colours of a chunk.
-    Features,
-    /// Pixels of a tile.
-    Pixels,
+pub struct StreamDecl {
+    /// Its key.
+    pub key: &'static str,
+    /// What is read or written.
+    pub means: &'static str,
+    /// Whether it writes.
+    pub is_write: bool,
+    /// Whether a request of it is one range of bytes, whose ends may share a burst with others; the
+    /// others touch many places.
+    pub is_contiguous: bool,
+    /// Streams that touch the memory alike, the most similar first: what one costs that a run did
+    /// not have.
+    pub like: [&'static str; 2],
+    /// The streams that wrote what it reads; none where it was there before the frame.
+    pub written_by: &'static [&'static str],
 }
 
-impl Stream {
-    /// All streams.
-    pub const ALL: [Stream; 11] = [
-        Stream::Records,
-        Stream::Survivors,
-        Stream::Colours,
-        Stream::ReadBack,
-        Stream::Results,
-        Stream::Lists,
-        Stream::KeptLists,
-        Stream::SpillOut,
-        Stream::SpillIn,
-        Stream::Features,
-        Stream::Pixels,
-    ];
+/// A stream that reads.
+pub const fn reads(
+    key: &'static str,
+    means: &'static str,
+    written_by: &'static [&'static str],
+    like: [&'static str; 2],
+) -> StreamDecl {
+    StreamDecl { key, means, is_write: false, is_contiguous: true, like, written_by }
+}
 
-    /// Number of streams.
-    pub const COUNT: usize = Stream::ALL.len();
+/// A stream that writes.
+pub const fn writes(key: &'static str, means: &'static str, like: [&'static str; 2]) -> StreamDecl {
+    StreamDecl { key, means, is_write: true, is_contiguous: true, like, written_by: &[] }
+}
 
-    /// The stream of a read of a batch, counted from 0.
-    pub const fn of_read(read: usize) -> Stream {
-        match read {
-            0 => Stream::Records,
-            1 => Stream::Survivors,
-            _ => Stream::Colours,
+impl StreamDecl {
+    /// The same in many places.
+    pub const fn scattered(self) -> StreamDecl {
+        StreamDecl { is_contiguous: false, ..self }
+    }
+}
+
+/// The number of a stream in its dataflow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StreamId(u8);
+
+impl StreamId {
+    /// Its place in lists by stream.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What the memory has to know of a stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct StreamFacts {
+    key: &'static str,
+    phase: Phase,
+    is_write: bool,
+    is_contiguous: bool,
+    like: [u8; 2],
+}
+
+/// The streams of a dataflow, in the order of its stages.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Streams {
+    facts: [StreamFacts; Streams::MOST],
+    count: usize,
+}
+
+impl Streams {
+    /// Most streams of a dataflow: the counters of a device tell so many apart, and the second
+    /// master.
+    pub const MOST: usize = powergs_dram::stats::CLASSES - 1;
+
+    /// The streams of some stages.
+    ///
+    /// # Panics
+    /// When there are more than [`Streams::MOST`], or one is like one that does not exist.
+    pub const fn of(stages: &[&StageDecl]) -> Streams {
+        let nothing = StreamFacts {
+            key: "",
+            phase: Phase::Preprocessing,
+            is_write: false,
+            is_contiguous: true,
+            like: [0; 2],
+        };
+        let mut streams = Streams { facts: [nothing; Streams::MOST], count: 0 };
+        let mut s = 0;
+        while s < stages.len() {
+            let mut i = 0;
+            while i < stages[s].streams.len() {
+                let StreamDecl { key, is_write, is_contiguous, .. } = stages[s].streams[i];
+                assert!(streams.count < Streams::MOST, "a dataflow has at most 15 streams");
+                let phase = stages[s].phase;
+                streams.facts[streams.count] =
+                    StreamFacts { key, phase, is_write, is_contiguous, like: [0; 2] };
+                (streams.count, i) = (streams.count + 1, i + 1);
+            }
+            s += 1;
         }
+        let (mut s, mut n) = (0, 0);
+        while s < stages.len() {
+            let mut i = 0;
+            while i < stages[s].streams.len() {
+                let [first, second] = stages[s].streams[i].like;
+                streams.facts[n].like = [streams.id(first).0, streams.id(second).0];
+                (n, i) = (n + 1, i + 1);
+            }
+            s += 1;
+        }
+        streams
     }
 
-    /// The stage that its bytes are charged to.
-    pub const fn stage(self) -> Phase {
-        match self {
-            Stream::Records
-            | Stream::Survivors
-            | Stream::Colours
-            | Stream::ReadBack
-            | Stream::Results => Phase::Preprocessing,
-            Stream::Lists | Stream::KeptLists | Stream::SpillOut | Stream::SpillIn => {
-                Phase::Sorting
+    /// The number of a stream.
+    ///
+    /// # Panics
+    /// On a key that no stage declares.
+    pub const fn id(&self, key: &str) -> StreamId {
+        let mut i = 0;
+        while i < self.count {
+            if same(self.facts[i].key, key) {
+                return StreamId(i as u8);
             }
-            Stream::Features | Stream::Pixels => Phase::Rendering,
+            i += 1;
         }
+        panic!("no stage declares this stream")
+    }
+
+    /// All of them.
+    pub fn all(&self) -> impl Iterator<Item = StreamId> + use<> {
+        (0..self.count as u8).map(StreamId)
+    }
+
+    /// The key of a stream.
+    pub const fn key(&self, stream: StreamId) -> &'static str {
+        self.facts[stream.index()].key
+    }
+
+    /// The phase that its bytes are charged to: that of its stage.
+    #[inline]
+    pub const fn phase(&self, stream: StreamId) -> Phase {
+        self.facts[stream.index()].phase
     }
 
     /// Whether it writes.
-    pub const fn is_write(self) -> bool {
-        match self {
-            Stream::Results | Stream::KeptLists | Stream::SpillOut | Stream::Pixels => true,
-            Stream::Records
-            | Stream::Survivors
-            | Stream::Colours
-            | Stream::ReadBack
-            | Stream::Lists
-            | Stream::SpillIn
-            | Stream::Features => false,
-        }
+    #[inline]
+    pub const fn is_write(&self, stream: StreamId) -> bool {
+        self.facts[stream.index()].is_write
     }
 
-    /// Whether a request of it is one range of bytes, whose ends may share a burst with others; the
-    /// others touch many places.
-    pub(super) const fn is_contiguous(self) -> bool {
-        match self {
-            Stream::Survivors | Stream::Colours | Stream::ReadBack | Stream::Features => false,
-            Stream::Records
-            | Stream::Results
-            | Stream::Lists
-            | Stream::KeptLists
-            | Stream::SpillOut
-            | Stream::SpillIn
-            | Stream::Pixels => true,
-        }
+    /// Whether a request of it is one range of bytes.
+    pub(super) const fn is_contiguous(&self, stream: StreamId) -> bool {
+        self.facts[stream.index()].is_contiguous
     }
 
     /// The stream, and others that touch the memory alike, the most similar first.
-    pub(super) const fn and_similar(self) -> [Stream; 3] {
-        match self {
-            Stream::Records => [self, Stream::Survivors, Stream::Colours],
-            Stream::Survivors => [self, Stream::Colours, Stream::Records],
-            Stream::Colours => [self, Stream::Survivors, Stream::Records],
-            Stream::ReadBack => [self, Stream::Features, Stream::Survivors],
-            Stream::Results => [self, Stream::Pixels, Stream::KeptLists],
-            Stream::Lists => [self, Stream::SpillIn, Stream::Records],
-            Stream::KeptLists => [self, Stream::SpillOut, Stream::Pixels],
-            Stream::SpillOut => [self, Stream::KeptLists, Stream::Pixels],
-            Stream::SpillIn => [self, Stream::Lists, Stream::Records],
-            Stream::Features => [self, Stream::Colours, Stream::Survivors],
-            Stream::Pixels => [self, Stream::SpillOut, Stream::Results],
-        }
+    pub(super) fn and_similar(&self, stream: StreamId) -> [StreamId; 3] {
+        let [first, second] = self.facts[stream.index()].like;
+        [stream, StreamId(first), StreamId(second)]
     }
 }

@@ -60,14 +60,25 @@ pub struct Level {
 /// Somebody who wants to know. Spans of one unit come in order and without gaps, except that those
 /// of a BSU are told when they are decided.
 pub trait Observer {
+    /// Whether it wants to know anything: else a machine may take over what another one did.
+    fn watches(&self) -> bool {
+        true
+    }
+
     /// Whether it wants to know the requests to the DRAM.
-    const WANTS_REQUESTS: bool = false;
+    fn wants_requests(&self) -> bool {
+        false
+    }
 
     /// Whether it wants to know when requests to a device were made and done.
-    const WANTS_TIMES: bool = false;
+    fn wants_times(&self) -> bool {
+        false
+    }
 
     /// Whether it wants to know what buffers hold.
-    const WANTS_LEVELS: bool = false;
+    fn wants_levels(&self) -> bool {
+        false
+    }
 
     /// Takes a span that is not empty.
     fn span(&mut self, span: Span);
@@ -80,7 +91,42 @@ pub trait Observer {
 
 /// Nobody.
 impl Observer for () {
+    fn watches(&self) -> bool {
+        false
+    }
+
     fn span(&mut self, _: Span) {}
+}
+
+/// Somebody who is known at run time only.
+impl Observer for &mut dyn Observer {
+    fn watches(&self) -> bool {
+        (**self).watches()
+    }
+
+    fn wants_requests(&self) -> bool {
+        (**self).wants_requests()
+    }
+
+    fn wants_times(&self) -> bool {
+        (**self).wants_times()
+    }
+
+    fn wants_levels(&self) -> bool {
+        (**self).wants_levels()
+    }
+
+    fn span(&mut self, span: Span) {
+        (**self).span(span);
+    }
+
+    fn request(&mut self, is_write: bool, address: u64, bytes: u64) {
+        (**self).request(is_write, address, bytes);
+    }
+
+    fn level(&mut self, level: Level) {
+        (**self).level(level);
+    }
 }
 
 /// Keeps all spans.

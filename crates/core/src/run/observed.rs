@@ -3,11 +3,11 @@
 
 use std::io::{self, Write};
 
-use crate::flow::tile_wise::FrameReplay;
+use crate::flow::{FlowOutcome, FrameTask, Handed, Work};
+use crate::kernel::Memo;
 use crate::kernel::timeline::{Observer, Span};
 use crate::machine::Machine;
-use crate::sim::{Measured, observed};
-use crate::workload::FrameWorkload;
+use crate::sim::SimError;
 use powergs_dram::address_trace::write_request;
 
 /// A frame as a machine sees it when it comes to it, made by
@@ -16,26 +16,36 @@ use powergs_dram::address_trace::write_request;
 pub struct FrameOn<'a> {
     /// The machine.
     pub machine: &'a Machine,
-    /// The frame, binned.
-    pub workload: FrameWorkload,
-    /// What was measured of it.
-    pub measured: Measured,
+    /// The frame, prepared for it.
+    pub work: Box<dyn Work>,
+    /// What it takes over from the frame before.
+    pub(crate) before: Option<Handed>,
+    pub(crate) memo: Memo,
 }
 
 impl FrameOn<'_> {
     /// Takes the frame through the machine and tells `observer` what every unit did when.
-    pub fn observe(&self, observer: &mut impl Observer) -> FrameReplay {
-        observed(&self.workload, &self.measured, self.machine, observer)
+    ///
+    /// # Errors
+    /// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
+    pub fn observe(&self, observer: &mut dyn Observer) -> Result<FlowOutcome, SimError> {
+        self.machine.flow().run(&self.task(), Some(observer))
+    }
+
+    /// The frame on the machine.
+    pub fn task(&self) -> FrameTask<'_> {
+        let first = FrameTask::first(self.machine, &*self.work, &self.memo);
+        FrameTask { before: self.before.as_ref(), ..first }
     }
 
     /// Writes the DRAM requests of the frame as an address trace, in the order in which they are
     /// made; returns how many there are.
     ///
     /// # Errors
-    /// Those of `out`; nothing is written after the first.
+    /// Those of `out`; nothing is written after the first. A frame that the machine cannot run.
     pub fn write_dram_requests(&self, out: &mut dyn Write) -> io::Result<u64> {
         let mut writer = RequestWriter { out, written: Ok(0) };
-        self.observe(&mut writer);
+        self.observe(&mut writer).map_err(io::Error::other)?;
         writer.written
     }
 }
@@ -47,7 +57,9 @@ struct RequestWriter<'a> {
 }
 
 impl Observer for RequestWriter<'_> {
-    const WANTS_REQUESTS: bool = true;
+    fn wants_requests(&self) -> bool {
+        true
+    }
 
     fn span(&mut self, _: Span) {}
 

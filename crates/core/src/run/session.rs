@@ -1,9 +1,9 @@
 //! Frames through any number of machines.
 //!
-//! Each frame is binned once per geometry. Cache hits, the order of the lists and the reuse of the
-//! previous order are measured once for all machines that agree in the parameters. Machines that
-//! agree in all parameters of timing are timed once. Frames and machines are simulated in parallel;
-//! results are handed on frame by frame, so that they do not depend on the number of threads.
+//! Each frame is prepared once for all machines that need the same of it; what else machines share
+//! is in the memo of the frame. Machines that agree in all parameters of timing are timed once.
+//! Frames and machines are simulated in parallel; results are handed on frame by frame, so that
+//! they do not depend on the number of threads.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,15 +21,12 @@ use super::observed::FrameOn;
 use super::paper::PaperModel;
 use super::system::System;
 use super::watch::Watch;
-use crate::flow::tile_wise::Memo;
-use crate::flow::tile_wise::{CacheSpec, DepthKey, PivotRule, TileOrder};
+use crate::flow::tile_wise::work_key;
+use crate::flow::{FrameTask, Handed, History, Work, WorkKey};
+use crate::kernel::Memo;
 use crate::machine::Machine;
-use crate::sim::{
-    FrameReport, Incompatible, Label, Lists, Measured, Periods, Timed, check, paper, priced,
-    time_again,
-};
-use crate::workload::demand::demand;
-use crate::workload::{FrameWorkload, Geometry, bin, binning};
+use crate::sim::{self, FrameReport, Label, Periods, Timed, paper, priced};
+use crate::workload::{FrameWorkload, Geometry};
 
 /// The model that a frame is simulated with.
 #[derive(Debug, Clone, Copy)]
@@ -80,8 +77,11 @@ impl<'a> Subject<'a> {
         }
     }
 
-    fn geometry(&self) -> Geometry {
-        self.machine().map_or(Geometry::REFERENCE, |machine| machine.tiles().geometry)
+    fn work(&self) -> WorkKey {
+        match self.machine() {
+            Some(machine) => machine.flow().work_key(machine),
+            None => work_key(Geometry::REFERENCE),
+        }
     }
 
     fn wants(&self, position: usize) -> bool {
@@ -95,13 +95,18 @@ pub struct FrameView<'a> {
     /// Position of the view in the list of frames.
     pub position: usize,
     /// The view as the machine sees it.
-    pub workload: &'a FrameWorkload,
-    /// Cache hits and order of its lists.
-    pub measured: &'a Measured,
+    pub work: &'a dyn Work,
     /// A small picture of it, where the trace has one.
     pub preview: Option<&'a Preview>,
     /// The report of the frame.
     pub report: FrameReport,
+}
+
+impl FrameView<'_> {
+    /// Its lists of tiles; `None` where the dataflow has none.
+    pub fn tiles(&self) -> Option<&FrameWorkload> {
+        self.work.of()
+    }
 }
 
 /// The result of [`Session::fold`].
@@ -116,7 +121,8 @@ pub struct Folded<S> {
     pub is_complete: bool,
 }
 
-/// Geometries of one part fill so much of the memory on the first frame: others may take more.
+/// Frames prepared for one part fill so much of the memory on the first frame: others may take
+/// more.
 const ROOM_PERCENT: u64 = 70;
 
 /// Frames, and who watches.
@@ -125,7 +131,7 @@ pub struct Session<'a> {
     watch: &'a dyn Watch,
 }
 
-/// A frame, binned.
+/// A frame, prepared.
 pub struct BinnedFrame {
     /// Position in the list of frames.
     pub position: usize,
@@ -139,31 +145,32 @@ pub struct BinnedFrame {
     pub mean_linear_rgb: Option<[f64; 3]>,
     /// A small picture, where the trace has one.
     pub preview: Option<Preview>,
-    /// By geometry.
-    pub bins: BTreeMap<Geometry, Binned>,
+    /// By who shares it.
+    pub bins: BTreeMap<WorkKey, Binned>,
 }
 
-/// A frame under one geometry.
+/// A frame, prepared for all machines with a key.
 pub struct Binned {
     /// The work.
-    pub workload: FrameWorkload,
-    /// Its preprocessing on machines that were simulated before.
+    pub work: Box<dyn Work>,
+    /// What machines that were simulated before have prepared further.
     pub memo: Memo,
-    /// What the workload and its lists may take.
+    /// What the work and what is prepared further may take.
     budget: Budget,
 }
 
 impl BinnedFrame {
-    /// Bins a frame for some geometries. A geometry and what machines on it need may take
+    /// Prepares a frame for some keys. The work of a key and what machines on it need may take
     /// `budget`.
     pub(crate) fn new(
         position: usize,
         frame: &Frame,
-        geometries: &[Geometry],
+        keys: &[WorkKey],
         budget: Budget,
     ) -> BinnedFrame {
-        let binned = |&geometry: &Geometry| {
-            (geometry, Binned { workload: bin(frame, geometry), memo: Memo::default(), budget })
+        let binned = |key: &WorkKey| {
+            let work = key.dataflow().prepare(frame, key);
+            (key.clone(), Binned { work, memo: Memo::default(), budget })
         };
         BinnedFrame {
             position,
@@ -172,8 +179,20 @@ impl BinnedFrame {
             sh_degree: frame.facts.sh_degree,
             mean_linear_rgb: frame.facts.mean_linear_rgb,
             preview: frame.preview.clone(),
-            bins: geometries.par_iter().map(binned).collect(),
+            bins: keys.par_iter().map(binned).collect(),
         }
+    }
+
+    /// The frame on a machine with a key that it was prepared for.
+    pub fn task<'a>(
+        &'a self,
+        machine: &'a Machine,
+        key: &WorkKey,
+        before: Option<&'a Handed>,
+    ) -> FrameTask<'a> {
+        let Binned { work, memo, budget } = &self.bins[key];
+        let first = FrameTask::first(machine, &**work, memo);
+        FrameTask { frame: self.position, before, budget: *budget, ..first }
     }
 
     /// The label of its report, with the power of the display that shows it.
@@ -188,20 +207,20 @@ impl BinnedFrame {
         }
     }
 
-    /// Bytes of the binned workloads in host memory.
+    /// Bytes of the prepared work in host memory.
     pub fn bytes(&self) -> usize {
-        self.bins.values().map(|b| b.workload.bytes()).sum()
+        self.bins.values().map(|b| b.work.bytes()).sum()
     }
 }
 
-/// Memory that a frame takes when it is binned for all of some geometries, bytes.
+/// Memory that a frame takes when it is prepared for all of some keys, bytes.
 ///
 /// # Errors
 /// [`RunError::Input`]: more than `budget`.
 pub(crate) fn bin_demand(
     name: &str,
     frame: &Frame,
-    geometries: &[Geometry],
+    keys: &[WorkKey],
     budget: Budget,
 ) -> Result<u64, RunError> {
     let too_large = |e: &dyn std::fmt::Display| RunError::Input {
@@ -209,64 +228,29 @@ pub(crate) fn bin_demand(
         message: format!("frame {}: {e}", frame.facts.camera.name),
     };
     let mut bytes = 0_u64;
-    for &geometry in geometries {
-        let more = demand(frame, geometry, budget).map_err(|e| too_large(&e))?;
+    for key in keys {
+        let more = key.dataflow().demand(frame, key, budget).map_err(|e| too_large(&e))?;
         bytes = bytes.saturating_add(more);
     }
-    if geometries.len() > 1 {
+    if keys.len() > 1 {
         budget.check(bytes).map_err(|over| too_large(&over))?;
     }
     Ok(bytes)
 }
 
-/// The parameters that measurements of a frame depend on.
-#[derive(Debug, Clone, PartialEq)]
-struct MeasureKey {
-    geometry: Geometry,
-    /// The cache, the pitch of its records and the order of tiles, where there is a cache.
-    cache: Option<(CacheSpec, u64, TileOrder)>,
-    reuse_period: u32,
-    /// The key and the pivots of the sorter, where its order is checked.
-    sorter: Option<(DepthKey, u32, PivotRule)>,
-}
-
-impl MeasureKey {
-    fn of(subject: &Subject) -> Option<MeasureKey> {
-        let machine = subject.machine()?;
-        let has_cache = machine.tiles().cache.ways > 0;
-        let gsu = &machine.tiles().gsu;
-        Some(MeasureKey {
-            geometry: machine.tiles().geometry,
-            cache: has_cache.then(|| {
-                let pitch = machine.tiles().record.feature_pitch.0;
-                (machine.tiles().cache.clone(), pitch, machine.tiles().schedule.order)
-            }),
-            reuse_period: gsu.reuse_period,
-            sorter: subject.checks_order.then_some((gsu.depth, gsu.pivots, gsu.pivot_rule)),
-        })
-    }
-}
-
-/// Measures frames for one set of parameters, with the lists of the previous frame.
-struct Measurer<'a> {
-    key: MeasureKey,
+/// Hands on from frame to frame what machines with the same history share.
+struct Relay<'a> {
+    key: (WorkKey, u32),
     machine: &'a Machine,
-    checks_order: bool,
-    lists: Lists,
+    history: History,
 }
 
-impl Measurer<'_> {
-    /// Measures frames that come in order.
-    fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Measured> {
-        let machine = self.machine;
-        let (lists, checks_order) = (&mut self.lists, self.checks_order);
-        let views = frames.iter().map(|f| (f.eye, &f.bins[&machine.tiles().geometry].workload));
-        if self.key.reuse_period > 1 {
-            let next = |(eye, w)| Measured::of(w, eye, machine, lists, checks_order);
-            return views.map(next).collect();
-        }
-        let workloads: Vec<&FrameWorkload> = views.map(|(_, workload)| workload).collect();
-        workloads.par_iter().map(|w| Measured::first(w, machine, checks_order)).collect()
+impl Relay<'_> {
+    /// What is taken over into frames that come in order.
+    fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Option<Handed>> {
+        let (machine, history) = (self.machine, &mut self.history);
+        let frames = frames.iter().map(|frame| (frame.eye, &*frame.bins[&self.key.0].work));
+        frames.map(|(eye, work)| machine.flow().hand_over(machine, work, eye, history)).collect()
     }
 }
 
@@ -274,8 +258,11 @@ impl Measurer<'_> {
 struct SessionGroup {
     /// Places in the list of subjects.
     subjects: Vec<usize>,
-    /// Place in the list of measurers; the `paper` model has none.
-    measurer: Option<usize>,
+    /// What they need of a frame.
+    work: WorkKey,
+    /// Place in the list of relays; machines for which each frame stands alone have none.
+    relay: Option<usize>,
+    checks_order: bool,
 }
 
 /// The reports of one frame on a group, with the places of their subjects.
@@ -329,25 +316,25 @@ impl<'a> Session<'a> {
         Ok(Folded { states, frames: done / eyes, is_complete })
     }
 
-    /// Subjects whose geometries fit into memory together, by the first frame: frames are read anew
+    /// Subjects whose work fits into memory together, by the first frame: frames are read anew
     /// for each part.
     fn parts(&mut self, subjects: &[Subject<'_>]) -> Result<Vec<Vec<usize>>, RunError> {
-        let mut geometries: BTreeMap<Geometry, Vec<usize>> = BTreeMap::new();
+        let mut keys: BTreeMap<WorkKey, Vec<usize>> = BTreeMap::new();
         for (i, subject) in subjects.iter().enumerate() {
-            geometries.entry(subject.geometry()).or_default().push(i);
+            keys.entry(subject.work()).or_default().push(i);
         }
         let all = || Ok(vec![(0..subjects.len()).collect()]);
         let range = self.frames.range();
-        if geometries.len() < 2 || range.is_empty() {
+        if keys.len() < 2 || range.is_empty() {
             return all();
         }
         let frame = self.frames.take(range.start)?.get()?;
         let budget = self.frames.budget();
         let most = budget.0.0 / 100 * ROOM_PERCENT;
         let mut parts: Vec<(u64, Vec<usize>)> = Vec::new();
-        for (geometry, subjects) in geometries {
+        for (key, subjects) in keys {
             // One that does not fit by itself is told with its frame.
-            let Ok(bytes) = demand(&frame, geometry, budget) else { return all() };
+            let Ok(bytes) = key.dataflow().demand(&frame, &key, budget) else { return all() };
             match parts.last_mut().filter(|(sum, _)| sum + bytes <= most) {
                 Some((sum, part)) => {
                     *sum += bytes;
@@ -377,15 +364,15 @@ impl<'a> Session<'a> {
         let (mut position, mut done, mut together) = (range.start, 0, width);
         while position < range.end && !self.watch.is_cancelled() {
             let end = (position + together).min(range.end);
-            let window = self.window(position, end, &plan.geometries)?;
+            let window = self.window(position, end, &plan.keys)?;
             // What did not fit is decoded again; the next time fewer are tried at once.
             together = if window.len() < end - position { window.len() } else { width };
             let end = position + window.len();
-            let measured = plan.measure(&window);
-            let reports = self.simulate(subjects, &plan, &window, &measured)?;
-            for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
+            let handed = plan.hand_over(&window);
+            let reports = self.simulate(subjects, &plan, &window, &handed)?;
+            for (frame, reports) in window.iter().zip(reports) {
                 let Some(reports) = reports else { break };
-                plan.step(subjects, frame, &measured, k, reports, &mut states, step);
+                plan.step(frame, reports, &mut states, step);
                 done += 1;
                 self.watch.frame_done();
             }
@@ -415,35 +402,33 @@ impl<'a> Session<'a> {
         position: usize,
     ) -> Result<FrameOn<'s>, RunError> {
         let machine = system.machine();
-        let first = match machine.tiles().gsu.reuse_period {
-            0 | 1 => position,
-            _ => self.frames.range().start,
+        let flow = machine.flow();
+        let first = match flow.takes_over(machine) {
+            None => position,
+            Some(_) => self.frames.range().start,
         };
-        let mut lists = Lists::default();
+        let key = [flow.work_key(machine)];
+        let (budget, mut history) = (self.frames.budget(), History::default());
         let mut last = None;
         for k in first..=position {
             let frame = self.frames.take(k)?.get()?;
-            let geometry = [machine.tiles().geometry];
-            bin_demand(self.frames.name(), &frame, &geometry, self.frames.budget())?;
-            let workload = bin(&frame, machine.tiles().geometry);
-            let name = &frame.facts.camera.name;
-            check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
-            lists_fit(&workload, machine, &Memo::default(), self.frames.budget())
-                .map_err(|e| RunError::in_frame(name, e.into()))?;
-            let eye = frame.facts.camera.eye;
-            let measured = Measured::of(&workload, eye, machine, &mut lists, false);
-            last = Some(FrameOn { machine, workload, measured });
+            bin_demand(self.frames.name(), &frame, &key, budget)?;
+            let (work, memo) = (flow.prepare(&frame, &key[0]), Memo::default());
+            flow.fits(&FrameTask { budget, ..FrameTask::first(machine, &*work, &memo) })
+                .map_err(|e| RunError::in_frame(&frame.facts.camera.name, e.into()))?;
+            let before = flow.hand_over(machine, &*work, frame.facts.camera.eye, &mut history);
+            last = Some(FrameOn { machine, work, before, memo });
         }
         last.ok_or_else(|| RunError::Request(format!("there is no frame {position}")))
     }
 
-    /// Frames from `start` to at most `end`, decoded and binned in parallel: as many as the budget
-    /// of the frames allows at a time, one at least.
+    /// Frames from `start` to at most `end`, decoded and prepared in parallel: as many as the
+    /// budget of the frames allows at a time, one at least.
     fn window(
         &mut self,
         start: usize,
         end: usize,
-        geometries: &[Geometry],
+        keys: &[WorkKey],
     ) -> Result<Vec<BinnedFrame>, RunError> {
         let (budget, mut bytes) = (self.frames.budget(), 0_u64);
         let mut pending = Vec::new();
@@ -458,7 +443,7 @@ impl<'a> Session<'a> {
         let name = self.frames.name();
         let decoded = |pending: Result<super::Pending, RunError>| {
             let frame: Arc<Frame> = pending?.get()?;
-            let bytes = bin_demand(name, &frame, geometries, budget)?;
+            let bytes = bin_demand(name, &frame, keys, budget)?;
             Ok((frame, bytes))
         };
         let mut decoded: Vec<Result<(Arc<Frame>, u64), RunError>> =
@@ -472,9 +457,8 @@ impl<'a> Session<'a> {
         decoded.truncate(many);
         let frames = decoded.into_iter().map(|frame| Ok(frame?.0));
         let frames: Vec<Arc<Frame>> = frames.collect::<Result<_, RunError>>()?;
-        let binned = |(i, frame): (usize, Arc<Frame>)| {
-            BinnedFrame::new(start + i, &frame, geometries, budget)
-        };
+        let binned =
+            |(i, frame): (usize, Arc<Frame>)| BinnedFrame::new(start + i, &frame, keys, budget);
         Ok(frames.into_par_iter().enumerate().map(binned).collect())
     }
 
@@ -485,7 +469,7 @@ impl<'a> Session<'a> {
         subjects: &[Subject<'_>],
         plan: &SessionPlan<'_>,
         window: &[BinnedFrame],
-        measured: &[Vec<Measured>],
+        handed: &[Vec<Option<Handed>>],
     ) -> Result<Vec<Option<Reports>>, RunError> {
         let pairs: Vec<(usize, usize)> =
             (0..window.len()).flat_map(|k| (0..plan.groups.len()).map(move |g| (k, g))).collect();
@@ -495,8 +479,8 @@ impl<'a> Session<'a> {
             }
             let group = &plan.groups[g];
             let frame = &window[k];
-            let measured = group.measurer.map(|m| &measured[m][k]);
-            let reports = on_group(subjects, group, frame, measured)?;
+            let before = group.relay.and_then(|relay| handed[relay][k].as_ref());
+            let reports = on_group(subjects, group, frame, before)?;
             self.watch.simulated(reports.len() as u64);
             Ok(Some(reports))
         };
@@ -520,70 +504,50 @@ fn on_group(
     subjects: &[Subject<'_>],
     group: &SessionGroup,
     frame: &BinnedFrame,
-    measured: Option<&Measured>,
+    before: Option<&Handed>,
 ) -> Result<GroupReports, RunError> {
     let wanted = group.subjects.iter().copied().filter(|&i| subjects[i].wants(frame.position));
     let mut timed: Option<Timed> = None;
     let mut reports = Vec::new();
     for i in wanted {
-        let report = match (subjects[i].target, measured) {
-            (Target::System(system), Some(measured)) => {
+        let report = match subjects[i].target {
+            Target::System(system) => {
                 let timed = match &timed {
                     Some(timed) => timed,
-                    None => timed.insert(time(system.machine(), frame, measured)?),
+                    None => {
+                        let task = frame.task(system.machine(), &group.work, before);
+                        let task = FrameTask { checks_order: group.checks_order, ..task };
+                        timed.insert(time(&frame.name, &task)?)
+                    }
                 };
                 priced(frame.label(system.display()), timed, system.prices())
                     .map_err(|e| RunError::in_frame(&frame.name, e.into()))?
             }
-            (Target::Paper(model), _) => {
-                let workload = &frame.bins[&Geometry::REFERENCE].workload;
+            Target::Paper(model) => {
+                let workload = frame.bins[&group.work].work.of();
+                let workload = workload.expect("the published model counts tiles");
                 let label = frame.label(model.display.as_ref());
                 paper::simulate(label, workload, model.padding, &model.prices)
             }
-            (Target::System(_), None) => unreachable!("every machine has a measurer"),
         };
         reports.push((i, report));
     }
     Ok(reports)
 }
 
-/// Times a binned frame on a machine; a panic is a defect that ends this run and no other.
+/// Times a frame on a machine; a panic is a defect that ends this run and no other.
 ///
 /// # Errors
 /// [`RunError::Incompatible`]: the machine cannot run the frame; otherwise a defect.
-pub fn time(
-    machine: &Machine,
-    frame: &BinnedFrame,
-    measured: &Measured,
-) -> Result<Timed, RunError> {
-    let binned = &frame.bins[&machine.tiles().geometry];
-    lists_fit(&binned.workload, machine, &binned.memo, binned.budget)
-        .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
-    let run = || time_again(frame.position, &binned.workload, measured, machine, &binned.memo);
-    match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(timed) => timed.map_err(|e| RunError::in_frame(&frame.name, e)),
+pub fn time(name: &str, task: &FrameTask<'_>) -> Result<Timed, RunError> {
+    match catch_unwind(AssertUnwindSafe(|| sim::time(task))) {
+        Ok(timed) => timed.map_err(|e| RunError::in_frame(name, e)),
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().copied();
             let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
             let text = text.unwrap_or("it says no more");
-            Err(RunError::Internal(format!("frame {}: {text}", frame.name)))
+            Err(RunError::Internal(format!("frame {name}: {text}")))
         }
-    }
-}
-
-/// Whether what a machine does to make the lists of a frame fits into host memory.
-fn lists_fit(
-    workload: &FrameWorkload,
-    machine: &Machine,
-    memo: &Memo,
-    budget: Budget,
-) -> Result<(), Incompatible> {
-    let Some(shape) = machine.tiles().list_shape().filter(|shape| !memo.has_lists(shape)) else {
-        return Ok(());
-    };
-    match binning::demand(workload, &shape, budget) {
-        Ok(_) => Ok(()),
-        Err(over) => Err(Incompatible::Lists { machine: machine.name.clone(), over }),
     }
 }
 
@@ -595,77 +559,70 @@ struct State<S> {
     eyes: usize,
 }
 
-/// Who is binned, measured and timed together.
+/// Who is prepared and timed together.
 struct SessionPlan<'a> {
-    geometries: Vec<Geometry>,
-    measurers: Vec<Measurer<'a>>,
+    keys: Vec<WorkKey>,
+    relays: Vec<Relay<'a>>,
     groups: Vec<SessionGroup>,
+    /// By subject, the place of its group.
+    of_subject: Vec<usize>,
 }
 
 impl<'a> SessionPlan<'a> {
     fn new(subjects: &[Subject<'a>]) -> SessionPlan<'a> {
-        let mut geometries: Vec<Geometry> = subjects.iter().map(Subject::geometry).collect();
-        geometries.sort();
-        geometries.dedup();
-        let mut measurers: Vec<Measurer> = Vec::new();
-        let mut by_timing: BTreeMap<(u128, usize), usize> = BTreeMap::new();
+        let mut keys: Vec<WorkKey> = subjects.iter().map(Subject::work).collect();
+        keys.sort();
+        keys.dedup();
+        let mut relays: Vec<Relay> = Vec::new();
+        let mut by_timing: BTreeMap<_, usize> = BTreeMap::new();
         let mut groups: Vec<SessionGroup> = Vec::new();
+        let mut of_subject = Vec::with_capacity(subjects.len());
         for (i, subject) in subjects.iter().enumerate() {
-            let Some(key) = MeasureKey::of(subject) else {
-                groups.push(SessionGroup { subjects: vec![i], measurer: None });
-                continue;
-            };
-            let known = measurers.iter().position(|m| m.key == key);
-            let measurer = known.unwrap_or_else(|| {
-                measurers.push(Measurer {
-                    key,
-                    machine: subject.machine().expect("it has a key"),
-                    checks_order: subject.checks_order,
-                    lists: Lists::default(),
+            let (work, checks_order) = (subject.work(), subject.checks_order);
+            let (mut relay, mut place) = (None, groups.len());
+            if let Target::System(system) = subject.target {
+                let machine = system.machine();
+                relay = machine.flow().takes_over(machine).map(|number| {
+                    let key = (work.clone(), number);
+                    let known = relays.iter().position(|relay| relay.key == key);
+                    known.unwrap_or_else(|| {
+                        relays.push(Relay { key, machine, history: History::default() });
+                        relays.len() - 1
+                    })
                 });
-                measurers.len() - 1
-            });
-            let Target::System(system) = subject.target else { continue };
-            let place = *by_timing.entry((system.timing_id(), measurer)).or_insert(groups.len());
+                place = *by_timing.entry((system.timing_id(), checks_order)).or_insert(place);
+            }
             if place == groups.len() {
-                groups.push(SessionGroup { subjects: Vec::new(), measurer: Some(measurer) });
+                groups.push(SessionGroup { subjects: Vec::new(), work, relay, checks_order });
             }
             groups[place].subjects.push(i);
+            of_subject.push(place);
         }
-        SessionPlan { geometries, measurers, groups }
+        SessionPlan { keys, relays, groups, of_subject }
     }
 
-    /// By measurer, by frame of the window.
-    fn measure(&mut self, window: &[BinnedFrame]) -> Vec<Vec<Measured>> {
-        self.measurers.par_iter_mut().map(|m| m.next(window)).collect()
+    /// By relay, by frame of the window.
+    fn hand_over(&mut self, window: &[BinnedFrame]) -> Vec<Vec<Option<Handed>>> {
+        self.relays.par_iter_mut().map(|relay| relay.next(window)).collect()
     }
 
     /// Adds a frame to the states of all subjects.
     fn step<S: Send>(
         &self,
-        subjects: &[Subject<'_>],
         frame: &BinnedFrame,
-        measured: &[Vec<Measured>],
-        k: usize,
         reports: Reports,
         states: &mut [State<S>],
         step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
     ) {
-        let nothing = Measured::default();
-        let mut of_subject: Vec<&Measured> = vec![&nothing; subjects.len()];
-        for group in &self.groups {
-            let Some(m) = group.measurer else { continue };
-            group.subjects.iter().for_each(|&i| of_subject[i] = &measured[m][k]);
-        }
-        let jobs = states.par_iter_mut().zip(reports).zip(subjects).zip(of_subject);
-        jobs.for_each(|(((state, report), subject), measured)| {
+        let jobs = states.par_iter_mut().zip(reports).zip(&self.of_subject);
+        jobs.for_each(|((state, report), &group)| {
             let report = report.and_then(|report| state.periods.add(report, state.eyes));
             let Some(report) = report else { return };
-            let workload = &frame.bins[&subject.geometry()].workload;
+            let work = &*frame.bins[&self.groups[group].work].work;
             let preview = frame.preview.as_ref();
             step(
                 &mut state.of_subject,
-                FrameView { position: frame.position, workload, measured, preview, report },
+                FrameView { position: frame.position, work, preview, report },
             );
         });
     }

@@ -16,12 +16,12 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
+use crate::flow::Work;
 use crate::flow::tile_wise::UnitRules;
 use crate::machine::Machine;
 use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
 use crate::stage::EnergyTable;
-use crate::workload::FrameWorkload;
 use powergs_dram::Device;
 use powergs_energy::{Prices, accelergy, same_costs};
 
@@ -373,16 +373,16 @@ impl System {
         self.kinds().filter_map(entry).collect()
     }
 
-    /// Simulates a frame that was binned for this machine as if it were the first of its list.
+    /// Simulates a frame that was prepared for this machine as if it were the first of its list.
     ///
     /// # Errors
     /// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
     pub fn simulate(
         &self,
         label: sim::Label,
-        workload: &FrameWorkload,
+        work: &dyn Work,
     ) -> Result<sim::FrameReport, SimError> {
-        sim::simulate(label, workload, &self.machine, &self.prices)
+        sim::simulate(label, work, &self.machine, &self.prices)
     }
 
     /// Whether another system costs the same, whatever it does: see [`same_costs`].

@@ -6,9 +6,9 @@
 use super::error::RunError;
 use super::frames::Frames;
 use super::session::{BinnedFrame, bin_demand};
-use crate::workload::Geometry;
+use crate::flow::WorkKey;
 
-/// Consecutive frames under one geometry.
+/// Consecutive frames, prepared under one key.
 pub struct Window {
     /// The frames.
     pub frames: Vec<BinnedFrame>,
@@ -28,7 +28,7 @@ impl Window {
     /// [`Frames::budget`].
     pub fn bin(
         source: &mut dyn Frames,
-        geometry: Geometry,
+        key: &WorkKey,
         start: usize,
         most_bytes: usize,
     ) -> Result<Window, RunError> {
@@ -36,8 +36,8 @@ impl Window {
         let (mut frames, mut bytes, mut end) = (Vec::new(), 0, start);
         while end < range.end && (frames.is_empty() || bytes < most_bytes) {
             let frame = source.take(end)?.get()?;
-            bin_demand(source.name(), &frame, &[geometry], source.budget())?;
-            let frame = BinnedFrame::new(end, &frame, &[geometry], source.budget());
+            bin_demand(source.name(), &frame, std::slice::from_ref(key), source.budget())?;
+            let frame = BinnedFrame::new(end, &frame, std::slice::from_ref(key), source.budget());
             bytes += frame.bytes();
             frames.push(frame);
             end += 1;

@@ -21,7 +21,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
         inventory: &inventory,
         idle_leakage,
         gated: machine.gating.units,
-        numbers: machine.tiles().record.numbers,
+        numbers: machine.flow().numbers(machine),
         device: device.map(device_costs),
         channels,
         clock: machine.clock,

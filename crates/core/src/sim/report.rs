@@ -1,16 +1,14 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
+use crate::flow::{CacheSummary, FoveaSummary, Foveal, ListOrder};
 use crate::kernel::FrameTiming;
-use crate::workload::FrameWorkload;
+use powergs_base::quantity::Hertz;
 use powergs_energy::action::ActionCounts;
 use powergs_energy::{Area, EnergyBreakdown, Standby};
-
-use crate::workload::reuse::ReuseSummary;
-use powergs_base::quantity::Hertz;
 use powergs_frame::fovea::LEVELS;
 use powergs_frame::scene::{Eye, ShDegree};
-use powergs_frame::splat::{Counters, FoveaCounters};
+use powergs_frame::splat::Counters;
 
 /// One frame of the display, simulated: one view, or the pair of views that both eyes see in one
 /// period, one after the other. Times, counts, bytes and joules are those of all its views.
@@ -96,25 +94,6 @@ impl CycleReport {
     pub fn dram_bandwidth_gb_s(&self) -> f64 {
         self.timing.dram.requested_bytes() as f64 * 1e-9 / self.frame_time_s()
     }
-}
-
-/// Order of the sorted lists of a frame: a frame either sorts its lists from scratch,
-/// or takes over the order of the frame before.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ListOrder {
-    /// Sorted from scratch, and checked with the machine's keys.
-    Sorted(OrderSummary),
-    /// Taken over from the frame before, and updated.
-    Reused(ReuseSummary),
-}
-
-/// Results of a foveated frame on a machine; `R` holds those of a region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foveal<R> {
-    /// Of the whole frame.
-    pub summary: FoveaSummary,
-    /// R1 to R4.
-    pub regions: [R; LEVELS],
 }
 
 impl FrameReport {
@@ -216,52 +195,4 @@ pub struct StageBytes {
     pub sram: u64,
     /// Floating-point operations (`paper` model; zero in `cycle`, which counts actions).
     pub flops: u64,
-}
-
-/// How well the lists of a frame are sorted, measured with the machine's keys.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct OrderSummary {
-    /// Pairs of neighbours in all sorted lists.
-    pub neighbours: u64,
-    /// Neighbours in the wrong order of depth.
-    pub out_of_order: u64,
-    /// Neighbours with equal keys and different depths.
-    pub equal_keys: u64,
-    /// Pairs of one list, neighbours or not, in the wrong order.
-    pub inversions: u64,
-}
-
-/// Hits and misses of the feature cache in a frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct CacheSummary {
-    /// Feature records found.
-    pub hits: u64,
-    /// Feature records read from DRAM.
-    pub misses: u64,
-}
-
-/// Counters of a foveated frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct FoveaSummary {
-    /// Gaze, shares of width and height.
-    pub gaze: [f32; 2],
-    /// Tiles.
-    pub tiles: u64,
-    /// Tiles that blend two levels.
-    pub blending_tiles: u64,
-    /// Further counters.
-    pub counters: FoveaCounters,
-}
-
-impl FoveaSummary {
-    /// Of a binned frame; `None` for plain ones.
-    pub(crate) fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
-        let fovea = workload.fovea.as_ref()?;
-        Some(FoveaSummary {
-            gaze: fovea.gaze.point,
-            tiles: workload.tiles.len() as u64,
-            blending_tiles: fovea.blending_tiles,
-            counters: fovea.counters,
-        })
-    }
 }

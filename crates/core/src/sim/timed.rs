@@ -1,17 +1,12 @@
 //! A frame on a machine before prices: one timing can be priced by several energy tables.
 
 use super::{
-    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, InvariantViolated, Label,
-    ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
+    CycleReport, FrameReport, InvariantViolated, Label, ModelReport, SimError, StageBytes, check,
+    regions,
 };
-use crate::flow::tile_wise;
-use crate::flow::tile_wise::regions::RegionWork;
-use crate::flow::tile_wise::vru::{ALPHA, STOPPED_PIXEL};
-use crate::flow::tile_wise::{FrameReplay, Memo};
+use crate::flow::{FlowOutcome, FrameTask};
 use crate::kernel::{FrameTiming, UnitCycles};
-use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
-use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::{ActionCounts, Phase};
 use powergs_energy::hardware::Does;
@@ -26,93 +21,36 @@ pub struct Timed {
     pub sh_degree: ShDegree,
     /// Workload counters under the machine's geometry.
     pub counters: Counters,
-    /// Those of the α evaluations of the machine whose pixel has not stopped.
-    pub live_evaluations: u64,
-    /// How often everything happened.
-    pub actions: ActionCounts,
-    /// When everything happened.
-    pub timing: FrameTiming,
     /// Clock of the machine.
     pub clock: Hertz,
-    /// DRAM bytes read that nobody wrote.
-    pub unwritten_bytes: u64,
-    /// Order of the sorted lists; `None` where it was not measured.
-    pub lists: Option<ListOrder>,
-    /// The feature cache, where the machine has one.
-    pub cache: Option<CacheSummary>,
-    /// Results of foveated frames.
-    pub fovea: Option<Foveal<RegionWork>>,
+    /// What came out, with the cycles of clocks.
+    pub outcome: FlowOutcome,
 }
 
-/// Simulates frame `frame` of a trace on a machine, and checks every account except energy.
+/// Takes a frame through a machine, and checks every account except energy.
 ///
 /// # Errors
 /// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
-pub fn time(
-    frame: usize,
-    workload: &FrameWorkload,
-    measured: &Measured,
-    machine: &Machine,
-) -> Result<Timed, SimError> {
-    check::fits(workload, machine)?;
-    let replay = tile_wise::replay_with(workload, machine, measured.context(), &mut ());
-    timed(frame, workload, measured, machine, replay)
-}
-
-/// As [`time`], for many machines on one frame; `memo` is of this frame alone.
-///
-/// # Errors
-/// As [`time`].
-pub fn time_again(
-    frame: usize,
-    workload: &FrameWorkload,
-    measured: &Measured,
-    machine: &Machine,
-    memo: &Memo,
-) -> Result<Timed, SimError> {
-    check::fits(workload, machine)?;
-    let replay = tile_wise::replay_again(workload, machine, measured.context(), memo);
-    timed(frame, workload, measured, machine, replay)
-}
-
-fn timed(
-    frame: usize,
-    workload: &FrameWorkload,
-    measured: &Measured,
-    machine: &Machine,
-    replay: FrameReplay,
-) -> Result<Timed, SimError> {
-    check::rules(&replay)?;
-    check::traffic(frame, &replay)?;
-    check::timing(frame, &replay.timing, machine)?;
-    check::written(frame, workload, machine, &replay, measured.context().reuse.is_some())?;
-    let mut actions = replay.actions;
+pub fn time(task: &FrameTask<'_>) -> Result<Timed, SimError> {
+    let FrameTask { frame, machine, work, .. } = *task;
+    let flow = machine.flow();
+    flow.fits(task)?;
+    let mut outcome = flow.run(task, None)?;
+    check::traffic(frame, &outcome)?;
+    check::timing(frame, &outcome.timing, machine)?;
     for (action, does) in hardware().actions() {
         let (unit, is_idle) = match does {
             Does::Clock(unit) => (unit, false),
             Does::IdleClock(unit) => (unit, true),
             _ => continue,
         };
-        let Some(cycles) = replay.timing.unit(unit) else { continue };
+        let Some(cycles) = outcome.timing.unit(unit) else { continue };
         let awake = cycles.busy + cycles.stalls.iter().sum::<u64>();
         let n = if is_idle { cycles.idle } else { awake };
-        actions.charge(stage(unit).phase, action, n);
+        outcome.actions.charge(stage(unit).phase, action, n);
     }
-    let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
-    Ok(Timed {
-        sh_degree: workload.sh_degree,
-        counters: workload.counters,
-        live_evaluations: live.sum(),
-        actions,
-        timing: replay.timing,
-        clock: machine.clock,
-        unwritten_bytes: replay.unwritten,
-        lists: measured.lists(),
-        cache: measured.cache_summary(),
-        fovea: FoveaSummary::of(workload)
-            .zip(replay.regions)
-            .map(|(summary, regions)| Foveal { summary, regions }),
-    })
+    let (sh_degree, counters) = (work.sh_degree(), *work.counters());
+    Ok(Timed { sh_degree, counters, clock: machine.clock, outcome })
 }
 
 /// The report of a timed frame, with the prices of its machine or of another energy table for it.
@@ -126,12 +64,13 @@ pub fn priced(
     prices: &Prices,
 ) -> Result<FrameReport, InvariantViolated> {
     let prices = &prices.of_degree(timed.sh_degree);
+    let outcome = &timed.outcome;
     let activity = Activity {
-        actions: &timed.actions,
+        actions: &outcome.actions,
         // By way of milliseconds: recorded results have this rounding.
-        seconds: timed.timing.frame as f64 / timed.clock.0 * 1e3 * 1e-3,
-        idle: &idle(&timed.timing),
-        dram: timed.timing.dram.commands,
+        seconds: outcome.timing.frame as f64 / timed.clock.0 * 1e3 * 1e-3,
+        idle: &idle(&outcome.timing),
+        dram: outcome.timing.dram.commands,
     };
     let report = FrameReport {
         frame: label.frame,
@@ -140,21 +79,21 @@ pub fn priced(
         eyes: 1,
         sh_degree: label.sh_degree,
         counters: timed.counters,
-        stages: Phase::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
+        stages: Phase::WORK.map(|stage| stage_bytes(stage, &outcome.actions)),
         energy: prices.breakdown(&activity),
-        actions: timed.actions.clone(),
+        actions: outcome.actions.clone(),
         standby: prices.standby(&activity),
         area: prices.area.clone(),
         phy_standby_w: prices.phy_standby_w,
         display_w: label.display_w,
         model: ModelReport::Cycle(Box::new(CycleReport {
-            timing: timed.timing.clone(),
+            timing: outcome.timing.clone(),
             clock: timed.clock,
-            executed_evaluations: timed.actions.total(ALPHA) + timed.actions.total(STOPPED_PIXEL),
-            live_evaluations: timed.live_evaluations,
-            unwritten_bytes: timed.unwritten_bytes,
-            lists: timed.lists,
-            cache: timed.cache,
+            executed_evaluations: outcome.executed_evaluations,
+            live_evaluations: outcome.live_evaluations,
+            unwritten_bytes: outcome.unwritten_bytes,
+            lists: outcome.lists,
+            cache: outcome.cache,
             fovea: regions::priced(timed, prices),
         })),
     };

@@ -1,6 +1,7 @@
 //! Is each rule of a unit tight? `check(work, cycles)`: one cycle less would be wrong.
 
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
+use powergs_core::flow::tile_wise::STREAMS;
 use powergs_core::flow::tile_wise::batch::{Batch, Batches};
 use powergs_core::flow::tile_wise::bsu::Sort;
 use powergs_core::flow::tile_wise::qsu::Keys;
@@ -12,7 +13,6 @@ use powergs_core::kernel::bank::Banks;
 use powergs_core::kernel::buffer::{BufferAllocator, usage};
 use powergs_core::kernel::divide::Divisor;
 use powergs_core::kernel::dram::{Channel, Dram, TICKS};
-use powergs_core::kernel::stream::Stream;
 use powergs_core::machine::Machine;
 use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, Ports, SecondMasterSpec,
@@ -296,13 +296,13 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
             in_flight: 64,
         },
     };
-    Dram::new(&spec, BytesPerSecond(bandwidth), Hertz(clock))
+    Dram::new(&spec, BytesPerSecond(bandwidth), Hertz(clock), &STREAMS)
 }
 
 #[test]
 fn dram_serves_in_order_at_its_rate() {
     let dram = dram(51.2e9, 1.0, 100.0, 1e9);
-    let (read, write) = (Stream::Features, Stream::Pixels);
+    let (read, write) = (STREAMS.id("features"), STREAMS.id("pixels"));
     assert_eq!((dram.service(read, 1), dram.service(read, 512)), (20, 10 * TICKS));
     assert_eq!((dram.latency(read, 7), dram.latency(write, 7)), (100 * TICKS, 0));
     let mut channel = Channel::new(dram);
@@ -313,23 +313,23 @@ fn dram_serves_in_order_at_its_rate() {
     assert_eq!(channel.serve(50, write, 512), 60);
     assert_eq!((channel.served(), channel.busy_cycles()), (4, 21));
     let bytes = channel.bytes();
-    assert_eq!((bytes[read as usize], bytes[write as usize]), (513, 513));
+    assert_eq!((bytes[read.index()], bytes[write.index()]), (513, 513));
 }
 
 #[test]
 fn dram_rate_scales_with_clock_and_efficiency_and_is_never_above_peak() {
-    assert_eq!(dram(51.2e9, 0.5, 10.0, 1e9).service(Stream::Lists, 512), 20 * TICKS);
-    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).service(Stream::Lists, 512), 20 * TICKS);
-    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).latency(Stream::Lists, 0), 20 * TICKS);
+    assert_eq!(dram(51.2e9, 0.5, 10.0, 1e9).service(STREAMS.id("lists"), 512), 20 * TICKS);
+    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).service(STREAMS.id("lists"), 512), 20 * TICKS);
+    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).latency(STREAMS.id("lists"), 0), 20 * TICKS);
     // A rate that no tick divides: requests round up, so the sum never beats the rate by more than
     // the rounding of the rate itself (32 fractional bits).
     let odd = dram(7.3e9, 0.83, 0.0, 1.1e9);
     for bytes in [1u64, 3, 19, 64, 103, 4864, 1 << 30] {
         let ideal = bytes as f64 * 1024.0 * 1.1e9 / (7.3e9 * 0.83);
-        let ticks = odd.service(Stream::Records, bytes) as f64;
+        let ticks = odd.service(STREAMS.id("records"), bytes) as f64;
         assert!(ticks >= ideal * (1.0 - 1e-9) && ticks <= ideal * (1.0 + 1e-9) + 1.0, "{bytes}");
     }
-    assert!(dram(1e18, 1.0, 0.0, 1e9).service(Stream::Records, 1) == 1, "no request is free");
+    assert!(dram(1e18, 1.0, 0.0, 1e9).service(STREAMS.id("records"), 1) == 1, "no request is free");
 }
 
 #[test]

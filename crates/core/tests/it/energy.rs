@@ -3,14 +3,16 @@
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
+use powergs_core::flow::FrameTask;
 use powergs_core::flow::tile_wise::replay;
 use powergs_core::flow::tile_wise::{BinningMethod, FeatureSource};
 use powergs_core::kernel::FrameTiming;
+use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::machine::{DramModel, GatingSpec};
 use powergs_core::sim::statistics;
 use powergs_core::sim::{
-    FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
+    FrameReport, InvariantViolated, Label, check, cost, priced, simulate, time,
 };
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::{DRAM_READ, DRAM_WRITE, hardware};
@@ -343,7 +345,8 @@ fn breaches_are_found_and_named() {
     assert!(lost.contains("DRAM requests issued"), "{lost}");
     let fast = timing(|t| t.dram.read_bytes *= 1000);
     assert!(fast.contains("more than its 5.120e10 B/s"), "{fast}");
-    let mut bytes = good.clone();
+    let memo = Memo::default();
+    let mut bytes = machine.flow().run(&FrameTask::first(&machine, &frame, &memo), None).unwrap();
     bytes.served.stages[1].read += 1;
     let bytes = check::traffic(0, &bytes).unwrap_err().to_string();
     assert!(bytes.contains("sorting needs"), "{bytes}");
@@ -360,7 +363,8 @@ fn breaches_are_found_and_named() {
 fn one_timing_is_priced_by_several_tables() {
     let (machine, frame) = small();
     let label = Label { frame: 7, ..Label::default() };
-    let timed = time(7, &frame, &Measured::needed(&frame, &machine), &machine).unwrap();
+    let memo = Memo::default();
+    let timed = time(&FrameTask { frame: 7, ..FrameTask::first(&machine, &frame, &memo) }).unwrap();
     let one = priced(label.clone(), &timed, &prices()).unwrap();
     assert_eq!(one, simulate(label.clone(), &frame, &machine, &prices()).unwrap());
     let mut dearer = prices();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use approx::assert_relative_eq;
+use powergs_core::flow::ListOrder;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
 use powergs_core::run::{
@@ -106,7 +107,8 @@ fn an_eye_keeps_its_own_order() {
     let reused = |frames: &mut dyn Frames| -> Vec<bool> {
         let subjects = [Subject::of(&neo)];
         let keep = |all: &mut Vec<bool>, view: FrameView<'_>| {
-            all.push(view.measured.reuse.is_some());
+            let lists = view.report.cycle().and_then(|cycle| cycle.lists);
+            all.push(matches!(lists, Some(ListOrder::Reused(_))));
         };
         let folded = Session::new(frames, &()).fold(&subjects, |_| Vec::new(), keep);
         folded.expect("reports").states.remove(0)

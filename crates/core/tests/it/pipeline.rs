@@ -8,18 +8,31 @@ mod rules;
 pub mod support;
 mod timelines;
 
+use powergs_core::flow::History;
 use powergs_core::flow::tile_wise::Overlap;
-use powergs_core::flow::tile_wise::{FrameContext, FrameReplay, replay_with};
+use powergs_core::flow::tile_wise::measures::CacheKey;
+use powergs_core::flow::tile_wise::{self, FrameContext, FrameReplay, replay_with};
+use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::Timeline;
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
 use powergs_core::stage::Stall;
+use powergs_core::workload::reuse::Reuse;
+use powergs_core::workload::{FrameWorkload, bin};
 use rayon::prelude::*;
 
 use self::support::{Dice, set_rate};
+use crate::workload::support::small_frames;
 
 /// How many random machines step through random frames.
 const CASES: u64 = 2500;
+
+/// The same with `RUN_SLOW_TESTS=1`.
+const SLOW_CASES: u64 = 20_000;
+
+fn cases() -> u64 {
+    if std::env::var_os("RUN_SLOW_TESTS").is_some() { SLOW_CASES } else { CASES }
+}
 
 /// Symbols of states: busy, stalls by cause, idle.
 const SYMBOLS: &str = "0rlsfciob.";
@@ -57,21 +70,38 @@ fn compare(seed: u64, changed: impl Fn(&mut Machine)) -> States {
     let mut machine = dice.machine();
     changed(&mut machine);
     let mut workload = dice.workload(machine.tiles().geometry);
-    let mut timeline = Timeline::default();
     let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
     // After everything else, so that plain frames are those that they were.
     dice.foveate(&mut workload, &mut machine);
     dice.organise(&mut workload, &mut machine);
     let lists = dice.lists(&mut workload, &mut machine, reuse.is_some());
     dice.colour(&mut machine);
+    dice.memory(&mut machine);
     let given = FrameContext {
         hits: hits.as_deref(),
         reuse: reuse.as_deref(),
         lists: lists.as_ref(),
         ..FrameContext::default()
     };
-    let replay = replay_with(&workload, &machine, given, &mut timeline);
-    let seen = oracle::run(&workload, &machine, given);
+    let other = dice.another(&machine);
+    compare_on(&workload, &machine, &other, given, seed)
+}
+
+/// Compares a frame on a machine, alone and with what `other`, which needs the same of the frame,
+/// left in the memo; its states.
+fn compare_on(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    other: &Machine,
+    given: FrameContext,
+    seed: u64,
+) -> States {
+    let mut timeline = Timeline::default();
+    let memo = Memo::default();
+    let calibration = tile_wise::calibration(workload, machine, &given, &memo);
+    let replay = replay_with(workload, machine, given, &Memo::default(), &mut timeline);
+    let with = FrameContext { calibration: calibration.as_deref(), ..given };
+    let seen = oracle::run(workload, machine, with);
     let case = || format!("seed {seed}\n{machine:#?}\n{:#?}", workload.tiles);
     if timeline.draw() != seen.draw() {
         panic!("pipeline:\n{}\noracle:\n{}\n{}", timeline.draw(), seen.draw(), case());
@@ -82,13 +112,20 @@ fn compare(seed: u64, changed: impl Fn(&mut Machine)) -> States {
     assert_eq!(replay.served.stages.map(|s| s.read), seen.read, "{}", case());
     assert_eq!(replay.served.stages.map(|s| s.write), seen.write, "{}", case());
     let states = states_of(&replay);
-    assert_eq!(states, states_seen(&seen, &machine), "{}", case());
+    assert_eq!(states, states_seen(&seen, machine), "{}", case());
+    let memo = Memo::default();
+    let alone = replay_with(workload, other, given, &Memo::default(), &mut ());
+    let first = replay_with(workload, other, given, &memo, &mut ());
+    assert_eq!(first, alone, "the other one, {}", case());
+    let shared = replay_with(workload, machine, given, &memo, &mut ());
+    assert_eq!(shared, replay, "behind another one: {other:#?}\n{}", case());
     states
 }
 
 #[test]
 fn recurrences_equal_the_cycle_by_cycle_oracle() {
-    let all: Vec<States> = (0..CASES).into_par_iter().map(|seed| compare(seed, |_| ())).collect();
+    let all = (0..cases()).into_par_iter().map(|seed| compare(seed, |_| ()));
+    let all: Vec<States> = all.collect();
     // The cases reach every state that the rules know; others never come up.
     let all = |unit: usize, state: usize| all.iter().map(|s| s[unit][state]).sum::<u64>();
     let reached: Vec<String> = (0..5)
@@ -112,4 +149,40 @@ fn batches_whose_entries_stay_on_chip_do_not_wait_for_the_writes_before_them() {
     (0..CASES).into_par_iter().for_each(|seed| {
         compare(seed, changed);
     });
+}
+
+/// Frames of splats, with the hits that a cache has and the order that lists keep.
+#[test]
+fn caches_and_orders_of_real_frames_are_those_of_the_oracle() {
+    let reached: Vec<[bool; 2]> = (0..cases() / 50)
+        .into_par_iter()
+        .map(|seed| {
+            let mut dice = Dice::new(seed);
+            let mut machine = dice.machine();
+            dice.colour(&mut machine);
+            dice.memory(&mut machine);
+            let has_cache = dice.cache(&mut machine);
+            let period = dice.roll(1, 2);
+            machine.tiles_mut().gsu.reuse_period = period;
+            let geometry = machine.tiles().geometry;
+            let [before, workload] = small_frames(seed).map(|frame| bin(&frame, geometry));
+            let mut history = History::default();
+            let mut handed = None;
+            for work in [&before, &workload] {
+                handed = machine.flow().hand_over(&machine, work, None, &mut history);
+            }
+            let reuse = handed.as_ref().and_then(|handed| handed.downcast_ref::<Reuse>());
+            let cache = CacheKey::of(&machine).map(|key| key.replay(&workload));
+            let given = FrameContext {
+                hits: cache.as_ref().map(|cache| cache.hits.as_slice()),
+                reuse: reuse.map(|reuse| reuse.lists.as_slice()),
+                ..FrameContext::default()
+            };
+            let other = dice.another(&machine);
+            compare_on(&workload, &machine, &other, given, seed);
+            [has_cache, reuse.is_some()]
+        })
+        .collect();
+    let many = |of: usize| reached.iter().filter(|reached| reached[of]).count();
+    assert!(many(0) > 10 && many(1) > 10, "{} caches, {} orders", many(0), many(1));
 }

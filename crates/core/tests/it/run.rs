@@ -5,13 +5,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
+use powergs_core::flow::{FrameTask, History};
+use powergs_core::kernel::Memo;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
 use powergs_core::run::{
-    Change, FileKind, FrameOn, Frames, MemoryFrames, PaperModel, RunError, Session, Subject,
-    System, SystemSpec, TraceFile, Watch,
+    Change, FileKind, Frames, MemoryFrames, PaperModel, RunError, Session, Subject, System,
+    SystemSpec, TraceFile, Watch,
 };
-use powergs_core::sim::{FrameReport, Label, Lists, Measured, simulate_measured};
+use powergs_core::sim::{FrameReport, Label, ListOrder, priced, time};
 use powergs_core::workload::bin;
 use powergs_core::workload::demand::demand;
 use powergs_core::workload::paper::Padding;
@@ -96,15 +98,18 @@ fn lists_that_take_more_than_the_budget_are_refused() {
 /// The plain loop: one machine, frame after frame.
 fn by_hand(system: &System) -> Vec<FrameReport> {
     let mut frames = trace();
-    let (machine, mut lists) = (system.machine(), Lists::default());
+    let (machine, mut history) = (system.machine(), History::default());
     let one = |k: usize| {
         let frame = frames.take(k).and_then(|pending| pending.get()).expect("a frame");
         let workload = bin(&frame, machine.tiles().geometry);
-        let measured = Measured::of(&workload, None, machine, &mut lists, false);
+        let (flow, memo) = (machine.flow(), Memo::default());
+        let before = flow.hand_over(machine, &workload, None, &mut history);
         let name = frame.facts.camera.name.clone();
         let sh_degree = frame.facts.sh_degree;
         let label = Label { frame: k, name, sh_degree, ..Label::default() };
-        simulate_measured(label, &workload, &measured, machine, system.prices()).expect("accounts")
+        let first = FrameTask::first(machine, &workload, &memo);
+        let timed = time(&FrameTask { frame: k, before: before.as_ref(), ..first });
+        priced(label, &timed.expect("accounts"), system.prices()).expect("accounts")
     };
     trace().range().map(one).collect()
 }
@@ -142,14 +147,13 @@ fn a_session_is_the_plain_loop_for_any_number_of_threads() {
 fn a_frame_in_the_middle_is_what_the_session_saw() {
     let neo = system("neo", &[]);
     let frame = Session::new(&mut trace(), &()).frame_on(&neo, 2).expect("a frame");
-    let FrameOn { workload, measured, .. } = &frame;
-    assert!(measured.reuse.is_some(), "it keeps the order of frame 1");
+    assert!(frame.task().before.is_some(), "it keeps the order of frame 1");
     let FrameReport { name, sh_degree, .. } = by_hand(&neo).remove(2);
     let label = Label { frame: 2, name, sh_degree, ..Label::default() };
-    let report = simulate_measured(label, workload, measured, neo.machine(), neo.prices());
-    let report = report.expect("accounts");
+    let timed = time(&frame.task()).expect("accounts");
+    let report = priced(label, &timed, neo.prices()).expect("accounts");
     assert_eq!(report, by_hand(&neo)[2]);
-    assert_eq!(Some(&frame.observe(&mut ()).timing), report.timing());
+    assert_eq!(Some(&frame.observe(&mut ()).expect("accounts").timing), report.timing());
 }
 
 #[test]
@@ -225,7 +229,8 @@ fn subjects_may_want_some_frames_only() {
     let mut frames = trace();
     let step = |seen: &mut Vec<(usize, bool, bool)>, view: powergs_core::run::FrameView<'_>| {
         let is_timed = view.report.frame_time_s().is_some();
-        seen.push((view.position, is_timed, view.measured.order.is_some()));
+        let lists = view.report.cycle().and_then(|cycle| cycle.lists);
+        seen.push((view.position, is_timed, matches!(lists, Some(ListOrder::Sorted(_)))));
     };
     let folded = Session::new(&mut frames, &()).fold(&subjects, |_| Vec::new(), step);
     let states = folded.expect("a session").states;

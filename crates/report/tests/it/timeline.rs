@@ -9,9 +9,10 @@ use std::fs::File;
 use std::io::BufReader;
 
 use powergs_base::config::embedded::{MACHINES, find};
+use powergs_core::flow::FrameTask;
+use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::{Level, Observer, Span, State};
 use powergs_core::machine::Machine;
-use powergs_core::sim::{Measured, observed};
 use powergs_core::stage::Stall;
 use powergs_core::workload::bin;
 use powergs_frame::trace::Reader;
@@ -166,7 +167,9 @@ struct Levels {
 }
 
 impl Observer for Levels {
-    const WANTS_LEVELS: bool = true;
+    fn wants_levels(&self) -> bool {
+        true
+    }
 
     fn span(&mut self, _: Span) {}
 
@@ -187,9 +190,9 @@ fn levels_add_up_to_the_statistics() {
     let mut reader = Reader::open(file).expect("a trace");
     let frame = reader.read_block(0).expect("a block").decode().expect("a frame");
     let workload = bin(&frame, machine.tiles().geometry);
-    let measured = Measured::needed(&workload, &machine);
-    let mut levels = Levels::default();
-    let timing = observed(&workload, &measured, &machine, &mut levels).timing;
+    let (mut levels, memo) = (Levels::default(), Memo::default());
+    let task = FrameTask::first(&machine, &workload, &memo);
+    let timing = machine.flow().run(&task, Some(&mut levels)).expect("accounts close").timing;
     let end: Vec<Level> = (levels.now.iter())
         .map(|(&(buffer, instance), _)| Level { buffer, instance, from: timing.frame, bytes: 0 })
         .collect();

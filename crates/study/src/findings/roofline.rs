@@ -2,7 +2,6 @@
 //! of its own units.
 
 use crate::run_record::Run;
-use powergs_core::flow::tile_wise::Overlap;
 use powergs_core::run::System;
 use powergs_core::stage::{StageDecl, WorkDecl, hardware, stages};
 use powergs_energy::action::Phase;
@@ -85,7 +84,7 @@ impl Roofline {
             operations: operations.collect(),
             units,
             dram_bytes_s: system.dram_peak(),
-            overlaps: machine.tiles().schedule.overlap != Overlap::None,
+            overlaps: machine.flow().overlaps(machine),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Runs sweeps: every design of a space on every trace, resumable and in parts.
 //!
 //! A [`SweepRequest`] or a sweep built in memory ([`Sweep`]) is opened as an [`OpenedSweep`].
-//! [`Plan`] lists its designs: grouped by geometry, so that a frame is binned once, and by machine,
-//! so that designs that differ in prices only are timed once. [`work()`] simulates what is not
-//! known yet and appends each result to a journal of the [`Store`](powergs_core::run::Store).
-//! [`results`] makes the table from the journals, in the order of the space.
+//! [`Plan`] lists its designs: grouped by what they need of a frame, so that it is prepared once,
+//! and by machine, so that designs that differ in prices only are timed once. [`work()`] simulates
+//! what is not known yet and appends each result to a journal of the
+//! [`Store`](powergs_core::run::Store). [`results`] makes the table from the journals, in the order
+//! of the space.
 //!
 //! A part of a sweep ([`Shard`]) is simulated like the whole and has a journal of its own. All
 //! journals of a store are read, so merging parts only takes making the table.

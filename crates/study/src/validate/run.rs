@@ -153,8 +153,8 @@ fn add_frames(
     let folded = Session::new(frames, watch).fold(
         &subjects,
         |i| (&built[names[i]], Totals::default()),
-        |(built, totals), FrameView { workload, measured, report, .. }| {
-            totals.add(built.system.machine(), workload, measured, &report);
+        |(built, totals), view: FrameView| {
+            totals.add(built.system.machine(), view.tiles(), &view.report);
         },
     )?;
     for (&name, (built, totals)) in names.iter().zip(folded.states) {

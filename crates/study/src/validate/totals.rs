@@ -1,8 +1,9 @@
 //! What a machine did with the frames of a workload.
 
 use super::Block;
+use powergs_core::flow::tile_wise::TileWise;
 use powergs_core::machine::Machine;
-use powergs_core::sim::{CycleReport, FrameReport, Measured};
+use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
 use powergs_core::stage::{Stall, stage};
 use powergs_core::workload::FrameWorkload;
 use powergs_energy::Component;
@@ -65,14 +66,8 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Adds a frame.
-    pub fn add(
-        &mut self,
-        machine: &Machine,
-        workload: &FrameWorkload,
-        measured: &Measured,
-        report: &FrameReport,
-    ) {
+    /// Adds a frame; `tiles` are its lists, where the dataflow has any.
+    pub fn add(&mut self, machine: &Machine, tiles: Option<&FrameWorkload>, report: &FrameReport) {
         self.frames += 1;
         self.seconds += report.frame_time_s().unwrap_or(0.0);
         if let Some(cycle) = report.cycle() {
@@ -88,24 +83,33 @@ impl Totals {
             let bytes = report.stages[stage as usize];
             *sum = (sum.0 + bytes.read, sum.1 + bytes.write);
         }
-        let pairs =
-            measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
+        self.alpha_evaluations += report.counters.alpha_evaluations;
+        self.survivors += report.counters.survivors;
+        self.fetched += report.counters.fetched_points;
+        if let Some(tiles) = tiles {
+            self.add_lists(tiles, machine.tiles(), report);
+        }
+    }
+
+    fn add_lists(&mut self, workload: &FrameWorkload, machine: &TileWise, report: &FrameReport) {
+        let reuse = match report.cycle().and_then(|cycle| cycle.lists) {
+            Some(ListOrder::Reused(reuse)) => Some(reuse),
+            Some(ListOrder::Sorted(_)) | None => None,
+        };
+        let pairs = reuse.map_or(workload.counters.tile_pairs, |reuse| reuse.new);
         self.tile_pairs += workload.counters.tile_pairs;
         self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
-        let features = workload.counters.intersecting_points * machine.tiles().record.projected.0;
-        self.list_bytes_written += match machine.tiles().list_shape() {
+        let features = workload.counters.intersecting_points * machine.record.projected.0;
+        self.list_bytes_written += match machine.list_shape() {
             Some(_) => report.stages[Phase::Preprocessing as usize].write.saturating_sub(features),
-            None => pairs * machine.tiles().list_entry(),
+            None => pairs * machine.list_entry(),
         };
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
-        self.alpha_evaluations += workload.counters.alpha_evaluations;
-        self.survivors += workload.counters.survivors;
-        self.fetched += workload.counters.fetched_points;
-        if let Some(reuse) = &measured.reuse {
-            self.keeping.0 += reuse.summary.keeping_share;
+        if let Some(reuse) = reuse {
+            self.keeping.0 += reuse.keeping_share;
             self.keeping.1 += 1.0;
-            let shift = reuse.summary.rank_shift_p99;
+            let shift = reuse.rank_shift_p99;
             self.rank_shift = Some(self.rank_shift.map_or(shift, |old| old.max(shift)));
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use powergs_core::flow::tile_wise::work_key;
 use powergs_core::run::{Frames, Window};
 use powergs_core::workload::order::DepthKey;
 use powergs_core::workload::{FrameWorkload, Geometry};
@@ -42,8 +43,10 @@ impl Lists {
                 return Ok(None);
             }
             // One frame: it is checked against the budget before it is binned.
-            let window = Window::bin(&mut trace, Geometry::REFERENCE, position, 1)?;
-            let workload = &window.frames[0].bins[&Geometry::REFERENCE].workload;
+            let key = work_key(Geometry::REFERENCE);
+            let window = Window::bin(&mut trace, &key, position, 1)?;
+            let workload = window.frames[0].bins[&key].work.of::<FrameWorkload>();
+            let workload = workload.expect("the work of a geometry");
             for tile in &workload.tiles {
                 given(workload, workload.list_of(tile), &mut lists);
             }

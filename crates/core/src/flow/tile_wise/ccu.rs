@@ -47,6 +47,7 @@ use crate::flow::tile_wise::vru;
 use crate::flow::tile_wise::{CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use crate::kernel::bank::Banks;
 use crate::kernel::divide::Divisor;
+use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
 use crate::stage::{
     Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part, sram_read,
@@ -93,6 +94,22 @@ pub const CCU: StageDecl = StageDecl {
         buffer("tile_list", "buffers.tile-list", |m| {
             m.of_type::<BufferSpecs>().tile_list.shared(m.of_type::<CcuSpec>().units)
         }),
+    ],
+    streams: &[
+        // The first read of a batch.
+        reads("records", "something of all records", &[], ["survivors", "colours"]),
+        // The second.
+        reads("survivors", "something of the survivors", &[], ["colours", "records"]).scattered(),
+        // The third.
+        reads("colours", "colours of splats", &[], ["survivors", "records"]).scattered(),
+        reads(
+            "read-back",
+            "lists and pointers, before they are written",
+            &["results"],
+            ["features", "survivors"],
+        )
+        .scattered(),
+        writes("results", "splats and list entries", ["pixels", "kept-lists"]),
     ],
     parts: &[
         part("operations", "Arithmetic of conversion; amount: operations a cycle.", |m| {

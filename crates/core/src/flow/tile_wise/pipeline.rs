@@ -39,6 +39,7 @@ use std::ops::Range;
 
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::Overlap;
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::batch::{Batches, Pass};
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::{Ccu, GAUSSIAN_IN, TILE_LIST};
@@ -47,27 +48,25 @@ use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
-use crate::flow::tile_wise::pipeline::memo::Memo;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;
 use crate::flow::tile_wise::schedule::{Job, Plan};
 use crate::flow::tile_wise::traffic::pairs_written;
 use crate::flow::tile_wise::vru::{FEATURE, PIXEL_OUT, Vru};
+use crate::kernel::Memo;
 use crate::kernel::buffer::usage;
 use crate::kernel::calibration::Recording;
-use crate::kernel::event_queue::EventQueue;
-use crate::kernel::ledger::Ledger;
+use crate::kernel::ledger::cycles;
 use crate::kernel::memory::{Arrival, Memory, NEVER, Request};
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use crate::kernel::unit::Unit;
-use crate::kernel::{BufferUse, FrameTiming, Histogram, UnitCycles};
+use crate::kernel::{self, BufferUse, FrameTiming, Histogram, drive};
 use crate::machine::Machine;
-use crate::stage::Stall;
 use crate::workload::FrameWorkload;
-use powergs_energy::action::{ActionCounts, StageId};
+use powergs_energy::action::ActionCounts;
 
 /// The memory, with the layout of tile-wise frames.
 type TileMemory<'a> = Memory<'a, Layout<'a>>;
@@ -98,7 +97,7 @@ impl<O: Observer> Shared<'_, O> {
         &mut self,
         now: u64,
         owner: u32,
-        stream: Stream,
+        stream: StreamId,
         bytes: u64,
         span: impl FnOnce(&Layout) -> AccessPattern,
     ) -> Arrival {
@@ -143,39 +142,9 @@ impl Agents {
         }
     }
 
-    /// Runs `agents` from cycle `start` until none has an event left.
-    fn drive<O: Observer>(&mut self, agents: Range<usize>, start: u64, shared: &mut Shared<O>) {
-        let mut events = EventQueue::new(&agents, start);
-        let mut now = start;
-        while now != NEVER {
-            while events.next_cycle() == now {
-                let agent = events.next_agent();
-                let wake = self.step(agent, now, shared);
-                debug_assert!(wake > now, "no event after cycle {now}");
-                events.set(agent, wake);
-                if shared.lists.take_growth() {
-                    // Cores act after CCUs in the same cycle.
-                    (self.ccus.len()..agents.end).for_each(|core| events.set(core, now));
-                }
-            }
-            while let Some((cycle, owner)) = shared.memory.advance(events.next_cycle()) {
-                events.wake_by(owner as usize, cycle.max(now + 1));
-            }
-            now = events.next_cycle();
-        }
-    }
-
-    #[inline]
-    fn step<O: Observer>(&mut self, agent: usize, now: u64, shared: &mut Shared<O>) -> u64 {
-        let ccus = self.ccus.len();
-        match self.ccus.get_mut(agent) {
-            Some(ccu) => ccu.step(now, shared),
-            None => {
-                let core = &mut self.cores[agent - ccus];
-                core.account(now, shared.observer);
-                core.step(now, shared)
-            }
-        }
+    /// Runs some of them from cycle `start` until none has an event left.
+    fn drive<O: Observer>(&mut self, which: Range<usize>, start: u64, shared: &mut Shared<O>) {
+        drive(&mut Acting { agents: self, shared }, which, start);
     }
 
     fn account(&mut self, now: u64, observer: &mut impl Observer) {
@@ -195,6 +164,39 @@ impl Agents {
     }
 }
 
+/// Agents with what they share.
+struct Acting<'s, 'a, O> {
+    agents: &'s mut Agents,
+    shared: &'s mut Shared<'a, O>,
+}
+
+impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
+    #[inline]
+    fn step(&mut self, agent: usize, now: u64) -> u64 {
+        let (ccus, shared) = (self.agents.ccus.len(), &mut *self.shared);
+        match self.agents.ccus.get_mut(agent) {
+            Some(ccu) => ccu.step(now, shared),
+            None => {
+                let core = &mut self.agents.cores[agent - ccus];
+                core.account(now, shared.observer);
+                core.step(now, shared)
+            }
+        }
+    }
+
+    /// Cores act after CCUs in the same cycle.
+    #[inline]
+    fn woken(&mut self) -> Option<Range<usize>> {
+        let all = self.agents.ccus.len()..self.agents.ccus.len() + self.agents.cores.len();
+        self.shared.lists.take_growth().then_some(all)
+    }
+
+    #[inline]
+    fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        self.shared.memory.advance(until)
+    }
+}
+
 /// The results of the pipeline for a frame.
 #[derive(Debug)]
 pub struct Outcome {
@@ -210,20 +212,19 @@ pub struct Outcome {
     pub(super) recording: Option<Recording>,
 }
 
-/// Runs a frame through the pipeline. `memo` must belong to this frame; an observer that wants to
-/// see preprocessing must not pass one.
+/// Runs a frame through the pipeline. `memo` must belong to this frame.
 pub(crate) fn run<O: Observer>(
     workload: &FrameWorkload,
     machine: &Machine,
     units: &ResolvedUnits,
     plan: &Plan,
     context: FrameContext,
-    memo: Option<&Memo>,
+    memo: &Memo,
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.tiles().schedule.overlap;
     let layout = Layout::new(workload, units, plan, &context);
-    let memory = TileMemory::new(layout, machine, units.dram, context.calibration);
+    let memory = TileMemory::new(layout, &STREAMS, machine, units.dram, context.calibration);
     let mut shared = Shared {
         units,
         workload,
@@ -243,7 +244,7 @@ pub(crate) fn run<O: Observer>(
     let (ccus, all) = (agents.ccus.len(), agents.ccus.len() + agents.cores.len());
     let preprocessing_end = match overlap {
         Overlap::None => {
-            let memo = memo.filter(|_| memo::is_apart(machine, &shared));
+            let memo = memo::is_apart(machine, &shared).then_some(memo);
             memo::preprocess(&mut agents, &mut shared, machine, memo);
             let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
@@ -288,13 +289,13 @@ fn outcome<O: Observer>(
 ) -> Outcome {
     let (units, cores) = (shared.units, &agents.cores);
     let mut unit_cycles = vec![
-        sum(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger)),
-        sum(Qsu::STAGE, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
-        sum(Bsu::STAGE, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
-        sum(Vru::STAGE, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
+        cycles(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger)),
+        cycles(Qsu::STAGE, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+        cycles(Bsu::STAGE, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
+        cycles(Vru::STAGE, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
     ];
     if units.colour.is_some() {
-        unit_cycles.push(sum(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
+        unit_cycles.push(cycles(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
     }
     let mut speculation = ActionCounts::default();
     let mut tile_cycles = Histogram::EMPTY;
@@ -306,7 +307,7 @@ fn outcome<O: Observer>(
     let timing =
         FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
     let traffic = shared.memory.traffic();
-    let recording = if O::WANTS_TIMES { shared.memory.recording() } else { None };
+    let recording = if shared.observer.wants_times() { shared.memory.recording() } else { None };
     Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }
 }
 
@@ -315,19 +316,4 @@ fn instances(units: &ResolvedUnits) -> u64 {
     let (gsu, vru) = (&units.qsu.spec, &units.vru.spec);
     let per_core = [gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core].map(u64::from);
     u64::from(units.ccu.spec.units) + u64::from(vru.cores) * per_core.iter().sum::<u64>()
-}
-
-/// Sums the ledgers of gangs of `gang` units each.
-fn sum<'a>(unit: StageId, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
-    let stalls = [0; Stall::MOST];
-    let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };
-    for ledger in ledgers {
-        sum.instances += gang;
-        sum.busy += ledger.busy * u64::from(gang);
-        sum.idle += ledger.idle * u64::from(gang);
-        for (total, cycles) in sum.stalls.iter_mut().zip(ledger.stalls) {
-            *total += cycles * u64::from(gang);
-        }
-    }
-    sum
 }

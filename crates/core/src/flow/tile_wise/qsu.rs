@@ -17,6 +17,7 @@
 use super::{BufferSpecs, VruSpec};
 use crate::flow::tile_wise::{GsuSpec, Spill};
 use crate::kernel::bank::Banks;
+use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
 use crate::stage::{
     Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part, sram_read,
@@ -33,6 +34,12 @@ pub const QSU: StageDecl = StageDecl {
     buffers: &[buffer("sorting", "buffers.sorting", |m| {
         m.of_type::<BufferSpecs>().sorting.shared(m.of_type::<VruSpec>().cores)
     })],
+    streams: &[
+        reads("lists", "lists of tiles", &["results", "kept-lists"], ["spill-in", "records"]),
+        writes("kept-lists", "sorted lists for the next frame", ["spill-out", "pixels"]),
+        writes("spill-out", "keys that do not fit the buffer", ["kept-lists", "pixels"]),
+        reads("spill-in", "the same on their way back", &["spill-out"], ["lists", "records"]),
+    ],
     parts: &[
         part("pivots", "Pivots: a key is compared with all of them.", |m| {
             f64::from(m.of_type::<GsuSpec>().pivots)

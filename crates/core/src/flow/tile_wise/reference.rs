@@ -2,14 +2,25 @@
 //! decides which requests there are (records, fetch, batches, geometry, cache, schedule, clock,
 //! device, second master), with units and buffers that keep the memory busy, always the same ones.
 
+use super::STREAMS;
 use super::schedule::Plan;
+use super::subtiles::{self, Discipline};
 use super::{Assignment, Overlap};
-use super::{FrameContext, Organisation, ResolvedUnits, Switch, UnitRules, pipeline, subtiles};
-use crate::kernel::Calibration;
+use super::{FrameContext, Organisation, ResolvedUnits, Switch, UnitRules, pipeline};
 use crate::kernel::calibration::CalibrationRecorder;
+use crate::kernel::{Calibration, Memo, MemoKey};
 use crate::machine::{BufferSpec, DramModel, GatingSpec, Machine};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
+
+/// The reference machine, as what a calibration depends on.
+#[derive(Debug, PartialEq)]
+pub(super) struct Reference(pub Machine);
+
+impl MemoKey for Reference {
+    type Value = Calibration;
+    const MOST: usize = 1024;
+}
 
 /// Measures a frame on a [`reference`](machine).
 ///
@@ -19,18 +30,20 @@ pub(super) fn measure(
     workload: &FrameWorkload,
     reference: &Machine,
     context: &FrameContext,
+    memo: &Memo,
 ) -> Calibration {
     let units = ResolvedUnits::for_frame(reference, workload);
-    let runs = units.vru.discipline.map(|discipline| subtiles::runs(workload, &discipline));
-    let runs = runs.as_deref();
+    let make = |discipline: &Discipline| subtiles::runs(workload, discipline);
+    let runs = units.vru.discipline.map(|discipline| memo.get(discipline, make));
+    let runs = runs.as_ref().map(|runs| runs.as_slice());
     let context = FrameContext { runs, calibration: None, ..*context };
     let plan = Plan::new(workload, reference, &units, &context);
     let recorder = &mut CalibrationRecorder;
-    let run = pipeline::run(workload, reference, &units, &plan, context, None, recorder);
+    let run = pipeline::run(workload, reference, &units, &plan, context, memo, recorder);
     let recording = run.recording.expect("a run with a device has a recording");
     let device = reference.device.as_deref().expect("a machine is linked to its DRAM device");
     let is_apart = reference.tiles().schedule.overlap == Overlap::None;
-    Calibration::of(&recording, device, is_apart)
+    Calibration::of(&recording, &STREAMS, device, is_apart)
 }
 
 /// Units of the reference machine: enough to keep the memory busy.

@@ -4,6 +4,7 @@
 //! tiles together, the sort belongs to the region of its first tile. Preprocessing, the feature
 //! cache, speculative work and static energy belong to no region.
 
+use crate::flow::RegionWork;
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;
@@ -13,21 +14,8 @@ use crate::flow::tile_wise::vru::Render;
 use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE};
 use crate::workload::FrameWorkload;
-use powergs_energy::action::{ActionCounts, Phase};
+use powergs_energy::action::Phase;
 use powergs_frame::fovea::LEVELS;
-
-/// The work of one region.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct RegionWork {
-    /// Tiles.
-    pub tiles: u64,
-    /// Entries that they load.
-    pub entries: u64,
-    /// Cycles for which the rendering units of a core work on them, without draining.
-    pub cycles: u64,
-    /// How often everything happened for them.
-    pub actions: ActionCounts,
-}
 
 /// The regions of a foveated frame; `None` for plain ones.
 pub(super) fn regions(

@@ -2,6 +2,7 @@
 //! core has to itself.
 
 use crate::flow::tile_wise::BinningMethod;
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::Ccu;
 use crate::flow::tile_wise::colour::Colour;
@@ -145,7 +146,7 @@ impl ResolvedUnits {
                 swapped,
                 discipline: Discipline::of(vru, subtiles, subtile_pixels, swap),
             },
-            dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock),
+            dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
             shares,
             cache_word: machine.tiles().cache.word.0,
             rules: machine.tiles().rules.clone(),

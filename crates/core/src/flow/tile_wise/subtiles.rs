@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use crate::flow::tile_wise::{Organisation, Switch, Termination, VruSpec};
+use crate::kernel::MemoKey;
 use crate::workload::{ChunkWork, FrameWorkload};
 
 /// In which order units meet sub-tiles.
@@ -47,6 +48,12 @@ pub struct Discipline {
     skips: bool,
     stops_with_tile: bool,
     stop_latency: u64,
+}
+
+/// Some hundred kilobytes each.
+impl MemoKey for Discipline {
+    type Value = Vec<ChunkRun>;
+    const MOST: usize = 32;
 }
 
 /// What a chunk takes.

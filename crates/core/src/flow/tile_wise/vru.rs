@@ -28,6 +28,7 @@ use crate::flow::tile_wise::subtiles;
 use crate::flow::tile_wise::subtiles::{ChunkRun, Discipline};
 use crate::flow::tile_wise::{FoveaSpec, Organisation, Switch, Termination, VruSpec};
 use crate::kernel::bank::Banks;
+use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
 use crate::machine::Machine;
 use crate::stage::{
@@ -70,6 +71,16 @@ pub const VRU: StageDecl = StageDecl {
         buffer("pixel_out", "buffers.pixel-out", |m| {
             m.of_type::<BufferSpecs>().pixel_out.shared(m.of_type::<VruSpec>().cores)
         }),
+    ],
+    streams: &[
+        reads(
+            "features",
+            "features and colours of a chunk",
+            &["results"],
+            ["colours", "survivors"],
+        )
+        .scattered(),
+        writes("pixels", "pixels of a tile", ["spill-out", "results"]),
     ],
     parts: &[
         part("blend", "Blends a cycle: accumulators / (1 + `vru.blend-stall`).", |m| {

@@ -4,11 +4,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use powergs_core::flow::tile_wise::Memo;
+use powergs_core::flow::{FrameTask, Handed, History, Work};
+use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
-use powergs_core::sim::{
-    self, FrameReport, Label, Lists, Measured, SimError, Timed, simulate_measured, time, time_again,
-};
+use powergs_core::sim::{self, FrameReport, Label, SimError, Timed, priced, time};
 use powergs_core::stage::EnergyTable;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::Prices;
@@ -86,29 +85,15 @@ pub fn workloads(geometry: Geometry) -> Arc<Vec<FrameWorkload>> {
     cached(&ALL, geometry, || frames().iter().map(|f| bin(f, geometry)).collect())
 }
 
-/// What is measured of the frames once for all machines that have the same of everything that it
-/// depends on.
-fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
-    static ALL: Shared<String, Vec<Measured>> = LazyLock::new(Default::default);
-    let (gsu, cache) = (&machine.tiles().gsu, &machine.tiles().cache);
-    let key = format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-        machine.tiles().geometry,
-        cache.capacity,
-        cache.ways,
-        cache.eviction,
-        cache.distance_bits,
-        machine.tiles().record.feature_pitch,
-        machine.tiles().schedule.order,
-        gsu.depth,
-        gsu.pivots,
-        gsu.pivot_rule,
-        gsu.reuse_period,
-    );
-    cached(&ALL, key, || {
-        let mut lists = Lists::default();
-        let all = workloads(machine.tiles().geometry);
-        all.iter().map(|w| Measured::of(w, None, machine, &mut lists, true)).collect()
+/// What a machine takes over into each frame.
+fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
+    static ALL: Shared<(Geometry, Option<u32>), Vec<Option<Handed>>> =
+        LazyLock::new(Default::default);
+    let (flow, geometry) = (machine.flow(), machine.tiles().geometry);
+    cached(&ALL, (geometry, flow.takes_over(machine)), || {
+        let mut history = History::default();
+        let all = workloads(geometry);
+        all.iter().map(|w| flow.hand_over(machine, w, None, &mut history)).collect()
     })
 }
 
@@ -122,25 +107,37 @@ pub struct Outcome {
 
 /// Takes the frames through a machine.
 pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
+    static MEMOS: Shared<Geometry, Vec<Memo>> = LazyLock::new(Default::default);
     let table = table(&machine.energy).ok_or("no such energy table")?;
     let prices = sim::cost::prices(&table, machine).map_err(|e| e.to_string())?;
-    let (workloads, measured) = (workloads(machine.tiles().geometry), measured(machine));
-    let one = |(w, m): (&FrameWorkload, &Measured)| match simulate_measured(
-        Label::default(),
-        w,
-        m,
-        machine,
-        &prices,
-    ) {
+    let memos = || (0..=FRAMES).map(|_| Memo::default()).collect();
+    let memos = cached(&MEMOS, machine.tiles().geometry, memos);
+    let timed = timed(machine, &memos, true);
+    let report = |timed: Result<Timed, SimError>| match timed {
         Err(SimError::Incompatible(refused)) => Err(refused.to_string()),
-        report => Ok(report.expect("accounts close")),
+        timed => {
+            let timed = timed.expect("accounts close");
+            Ok(priced(Label::default(), &timed, &prices).expect("accounts close"))
+        }
     };
-    // Machines without accumulators for levels see plain frames only.
-    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
-    let all = workloads.iter().zip(measured.iter());
-    let frames = all.filter(|(w, _)| can(w)).map(one).collect::<Result<_, String>>()?;
+    let frames = timed.into_iter().map(report).collect::<Result<_, String>>()?;
     let peak_w = sim::cost::peak_w(machine, &prices);
     Ok(Outcome { frames, prices, peak_w })
+}
+
+/// The frames on a machine, with a memo each.
+fn timed(machine: &Machine, memos: &[Memo], checks_order: bool) -> Vec<Result<Timed, SimError>> {
+    let (workloads, handed) = (workloads(machine.tiles().geometry), handed(machine));
+    // Machines without accumulators for levels see plain frames only.
+    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
+    let frames = (0..).zip(workloads.iter()).filter(|(_, w)| can(w));
+    let task = |(frame, work): (usize, _)| FrameTask {
+        frame,
+        before: handed[frame].as_ref(),
+        checks_order,
+        ..FrameTask::first(machine, work, &memos[frame])
+    };
+    frames.map(|(frame, work)| time(&task((frame, work as &dyn Work)))).collect()
 }
 
 /// Takes the frames through a machine alone, and again with what other machines left in `memos`
@@ -149,15 +146,13 @@ pub fn alone_and_shared(
     machine: &Machine,
     memos: &mut BTreeMap<Geometry, Vec<Memo>>,
 ) -> [Vec<Result<Timed, String>>; 2] {
-    let (workloads, measured) = (workloads(machine.tiles().geometry), measured(machine));
     let memos = memos.entry(machine.tiles().geometry).or_default();
-    memos.resize_with(workloads.len(), Memo::default);
-    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
-    let frames = || workloads.iter().zip(measured.iter()).enumerate().filter(|(_, (w, _))| can(w));
-    let alone = frames().map(|(i, (w, m))| time(i, w, m, machine).map_err(|e| e.to_string()));
-    let shared = frames()
-        .map(|(i, (w, m))| time_again(i, w, m, machine, &memos[i]).map_err(|e| e.to_string()));
-    [alone.collect(), shared.collect()]
+    memos.resize_with(FRAMES + 1, Memo::default);
+    let own: Vec<Memo> = memos.iter().map(|_| Memo::default()).collect();
+    [&own, memos].map(|memos| {
+        let all = timed(machine, memos, false).into_iter();
+        all.map(|timed| timed.map_err(|e| e.to_string())).collect()
+    })
 }
 
 /// An energy table that comes with the program.

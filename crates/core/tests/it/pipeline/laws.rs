@@ -13,6 +13,7 @@ use powergs_core::flow::tile_wise::{FeatureSource, Fetch};
 use powergs_core::flow::tile_wise::{
     FrameContext, FrameReplay, ResolvedUnits, replay, replay_with,
 };
+use powergs_core::kernel::Memo;
 use powergs_core::kernel::Unit;
 use powergs_core::kernel::timeline::{Observer, Span};
 use powergs_core::machine::DramModel;
@@ -374,7 +375,9 @@ impl Requests {
 }
 
 impl Observer for Requests {
-    const WANTS_REQUESTS: bool = true;
+    fn wants_requests(&self) -> bool {
+        true
+    }
 
     fn span(&mut self, _: Span) {}
 
@@ -400,7 +403,7 @@ fn every_byte_that_is_read_was_written_or_uploaded() {
         let lists = machine.tiles().list_shape().map(|shape| ListWrites::new(&workload, shape));
         let context = FrameContext { lists: lists.as_ref(), ..FrameContext::default() };
         let mut seen = Requests::default();
-        let replay = replay_with(&workload, &machine, context, &mut seen);
+        let replay = replay_with(&workload, &machine, context, &Memo::default(), &mut seen);
         let units = ResolvedUnits::for_frame(&machine, &workload);
         let plan = Plan::new(&workload, &machine, &units, &context);
         let uploaded = Layout::new(&workload, &units, &plan, &context).uploaded();

@@ -1,7 +1,8 @@
 //! Machines that take over the preprocessing of an earlier one do exactly what they do alone.
 
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_core::flow::tile_wise::{FrameContext, Memo, replay, replay_again};
+use powergs_core::flow::tile_wise::{FrameContext, replay, replay_with};
+use powergs_core::kernel::Memo;
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
 
@@ -41,8 +42,8 @@ fn what_others_have_preprocessed_changes_nothing() {
         for machine in variants(&base) {
             let given = FrameContext::default();
             let alone = replay(&frame, &machine);
-            let first = replay_again(&frame, &machine, given, &memo);
-            let again = replay_again(&frame, &machine, given, &memo);
+            let first = replay_with(&frame, &machine, given, &memo, &mut ());
+            let again = replay_with(&frame, &machine, given, &memo, &mut ());
             assert_eq!(first, alone, "seed {seed}");
             assert_eq!(again, alone, "seed {seed}");
             shared += u32::from(alone.timing.preprocessing_end > 0);
@@ -59,8 +60,8 @@ fn machines_that_differ_in_front_do_not_share() {
     let memo = Memo::default();
     let mut slow = machine.clone();
     slow.tiles_mut().ccu.operations_per_cycle = 20;
-    let fast = replay_again(&frame, &machine, FrameContext::default(), &memo);
-    let slow = replay_again(&frame, &slow, FrameContext::default(), &memo);
+    let fast = replay_with(&frame, &machine, FrameContext::default(), &memo, &mut ());
+    let slow = replay_with(&frame, &slow, FrameContext::default(), &memo, &mut ());
     assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);
 
     // An entry of the first carries the distance to the next tile of its splat, of the other not.
@@ -71,6 +72,7 @@ fn machines_that_differ_in_front_do_not_share() {
     };
     let (gbu, without) = (of("cache.capacity=32KiB"), of("cache.capacity=0 B"));
     assert!(gbu.tiles().list_entry() > without.tiles().list_entry());
-    assert!(Memo::shared_by(&gbu).is_some());
-    assert_ne!(Memo::shared_by(&gbu), Memo::shared_by(&without));
+    let shared = |machine: &Machine| machine.flow().shared(machine);
+    assert!(shared(&gbu).is_some());
+    assert_ne!(shared(&gbu), shared(&without));
 }

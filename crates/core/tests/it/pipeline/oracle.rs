@@ -75,7 +75,10 @@ impl Frame<'_> {
 
 /// Steps through a frame.
 pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> Seen {
-    let design = ResolvedUnits::for_frame(machine, workload);
+    let mut design = ResolvedUnits::for_frame(machine, workload);
+    if let Some(calibration) = given.calibration {
+        design.dram = calibration.dram();
+    }
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.tiles().schedule.overlap == Overlap::Tiles;
     let (written, second_pass) = (BTreeMap::new(), u64::MAX);

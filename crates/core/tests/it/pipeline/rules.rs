@@ -3,18 +3,19 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use powergs_core::flow::FrameTask;
 use powergs_core::flow::tile_wise::batch::Batch;
 use powergs_core::flow::tile_wise::bsu::{Bsu, Sort};
 use powergs_core::flow::tile_wise::ccu::Ccu;
 use powergs_core::flow::tile_wise::qsu::{Keys, Qsu};
 use powergs_core::flow::tile_wise::vru::{Render, Vru};
 use powergs_core::flow::tile_wise::{
-    FrameContext, Memo, Rule, RuleError, UnitRule, UnitRules, replay, replay_again, replay_with,
+    FrameContext, Rule, RuleError, UnitRule, UnitRules, replay, replay_with,
 };
-use powergs_core::kernel::Unit;
 use powergs_core::kernel::timeline::Timeline;
+use powergs_core::kernel::{Memo, Unit};
 use powergs_core::machine::Machine;
-use powergs_core::sim::{Measured, time};
+use powergs_core::sim::time;
 use powergs_core::stage::{DRAM_READ, work_id};
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
 
@@ -56,13 +57,14 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
         let mut outside = machine.clone();
         outside.tiles_mut().rules = all_from_outside();
         let (mut here, mut there) = (Timeline::default(), Timeline::default());
-        let built_in = replay_with(&frame, &machine, context, &mut here);
-        let ours = replay_with(&frame, &outside, context, &mut there);
+        let memo = Memo::default();
+        let built_in = replay_with(&frame, &machine, context, &memo, &mut here);
+        let ours = replay_with(&frame, &outside, context, &Memo::default(), &mut there);
         assert_eq!(ours, built_in, "seed {seed}");
         assert_eq!(there, here, "seed {seed}");
-        let memo = Memo::default();
         for machine in [&outside, &machine, &outside] {
-            assert_eq!(replay_again(&frame, machine, context, &memo), built_in, "seed {seed}");
+            let again = replay_with(&frame, machine, context, &memo, &mut ());
+            assert_eq!(again, built_in, "seed {seed}");
         }
     }
 }
@@ -78,7 +80,7 @@ fn names_tell_machines_apart() {
     assert_eq!(machine.tiles().rules.names(), []);
     let all = [("ccu", "same"), ("qsu", "same"), ("bsu", "same"), ("vru", "same")];
     assert_eq!(outside.tiles().rules.names(), all);
-    assert_eq!(Memo::shared_by(&outside), None, "its preprocessing is its own");
+    assert_eq!(outside.flow().shared(&outside), None, "its preprocessing is its own");
     assert_eq!(outside.to_toml(), machine.to_toml(), "rules are not in machine files");
 }
 
@@ -127,7 +129,8 @@ fn busy_cycles_and_actions_are_those_of_the_rule() {
     let (mut machine, frame) = three_tiles();
     let action = Some((work_id("alpha"), 3));
     machine.tiles_mut().rules.vru = Rule::new(Fixed { cycles: 700, stalls: 11, action });
-    let timed = time(0, &frame, &Measured::default(), &machine).expect("accounts close");
+    let memo = Memo::default();
+    let timed = time(&FrameTask::first(&machine, &frame, &memo)).expect("accounts close").outcome;
     let vru = &timed.timing.units[3];
     let gang = u64::from(machine.tiles().vru.units_per_core);
     assert_eq!(vru.busy, 6 * 700 * gang, "six chunks");
@@ -210,7 +213,8 @@ fn rules_that_break_their_contract_are_refused() {
         let (mut machine, frame) = three_tiles();
         change(&mut machine.tiles_mut().rules);
         let error = replay(&frame, &machine).rule_error.expect("a violation");
-        let refusal = time(0, &frame, &Measured::default(), &machine).expect_err("a refusal");
+        let memo = Memo::default();
+        let refusal = time(&FrameTask::first(&machine, &frame, &memo)).expect_err("a refusal");
         assert_eq!(refusal.to_string(), error.to_string());
         error
     };

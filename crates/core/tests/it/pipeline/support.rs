@@ -451,6 +451,66 @@ impl Dice {
         })
     }
 
+    /// Another model of the memory, or another user of it.
+    pub fn memory(&mut self, machine: &mut Machine) {
+        if machine.dram.model == DramModel::Banked && self.roll(0, 1) == 0 {
+            machine.dram.model = DramModel::Calibrated;
+        }
+        if machine.dram.model != DramModel::Bandwidth && self.roll(0, 1) == 0 {
+            machine.dram.second_master = SecondMasterSpec {
+                rate: BytesPerSecond(self.pick(&[1e9, 3e9])),
+                request: Bytes(self.pick(&[32, 64, 256])),
+                reads: self.pick(&[0.0, 0.5, 1.0]),
+                in_flight: self.pick(&[1, 4, 64]),
+                ..no_second_master()
+            };
+        }
+    }
+
+    /// A feature cache in every second machine; returns whether there is one.
+    pub fn cache(&mut self, machine: &mut Machine) -> bool {
+        let has_cache = self.roll(0, 1) == 0;
+        if has_cache {
+            machine.tiles_mut().cache = CacheSpec {
+                capacity: Bytes(u64::from(self.roll(1, 64)) * 32),
+                ways: self.pick(&[1, 2, 4]),
+                eviction: self.pick(&[Eviction::Lru, Eviction::ReuseDistance]),
+                ..machine.tiles().cache.clone()
+            };
+        }
+        has_cache
+    }
+
+    /// A machine that differs in one key, and needs the same of a frame.
+    pub fn another(&mut self, machine: &Machine) -> Machine {
+        let mut other = machine.clone();
+        let n = self.roll(1, 3);
+        let m = other.tiles_mut();
+        match self.roll(0, 19) {
+            0 => m.ccu.units += n,
+            1 => m.ccu.operations_per_cycle += 50 * n,
+            2 => m.ccu.intersection_units += n,
+            3 => m.ccu.latency += n,
+            4 => m.ccu.batch += n,
+            5 => m.ccu.queue += n,
+            6 => m.record.position.0 += u64::from(n),
+            7 => m.record.colour.0 += u64::from(n),
+            8 => m.buffers.gaussian_in.capacity.0 += 40 * u64::from(n),
+            9 => m.buffers.gaussian_in.banks *= 2,
+            10 => m.buffers.tile_list.capacity.0 += 40 * u64::from(n),
+            11 => m.buffers.tile_list.word.0 *= 2,
+            12 => m.vru.cores += n,
+            13 => m.vru.latency += n,
+            14 => m.gsu.qsu_latency += n,
+            15 => m.buffers.feature.capacity.0 += 100 * u64::from(n),
+            16 => m.codebook.banks += n,
+            17 => m.codebook.word.0 += u64::from(n),
+            18 => other.dram.latency.0 += f64::from(n),
+            _ => other.dram.controller_latency.0 += f64::from(n),
+        }
+        other
+    }
+
     /// Lists with pointers in every second frame that can have them.
     pub fn lists(
         &mut self,

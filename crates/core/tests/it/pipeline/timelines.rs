@@ -5,6 +5,7 @@ use expect_test::{Expect, expect};
 use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::flow::tile_wise::Fetch;
 use powergs_core::flow::tile_wise::{FrameContext, replay_with};
+use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::Timeline;
 use powergs_core::machine::Machine;
 use powergs_core::workload::{FrameWorkload, Geometry};
@@ -31,7 +32,7 @@ fn small() -> Machine {
 
 fn drawn(machine: &Machine, frame: &FrameWorkload) -> String {
     let mut timeline = Timeline::default();
-    replay_with(frame, machine, FrameContext::default(), &mut timeline);
+    replay_with(frame, machine, FrameContext::default(), &Memo::default(), &mut timeline);
     timeline.draw()
 }
 

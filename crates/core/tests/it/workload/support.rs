@@ -32,6 +32,17 @@ pub fn small_frame(seed: u64) -> Frame {
     rendered(&scene, &front_camera(75, 51)).1
 }
 
+/// The same frame, and what an eye a little further to the right sees.
+pub fn small_frames(seed: u64) -> [Frame; 2] {
+    [0.0, 0.03].map(|x| {
+        let mut scene = random_scene(seed, 500, 0);
+        scene.logit_opacities.iter_mut().for_each(|o| *o += 2.0);
+        let mut camera = front_camera(75, 51);
+        camera.centre.x += x;
+        rendered(&scene, &camera).1
+    })
+}
+
 /// Tile, sub-tile, sort group, chunk, test.
 pub const GEOMETRIES: [Geometry; 5] = [
     geometry(16, 8, 16, 32, Intersection::Obb),

@@ -99,10 +99,11 @@ fn announce(
     let Some(&(t, first)) = to_do.first().filter(|_| machine_frames > FEW) else { return Ok(()) };
     let planned = &plan.designs[first as usize];
     let Ok(design) = sweep.designs.design(planned.point) else { return Ok(()) };
-    let (geometry, fps) = (design.machine.tiles().geometry, sweep.file.display_fps);
+    let machine = &design.machine;
+    let (key, fps) = (machine.flow().work_key(machine), sweep.file.display_fps);
     let frames = &mut *sweep.traces[t].frames;
     let start = frames.range().start;
-    let window = Window::bin(frames, geometry, start, 1)?;
+    let window = Window::bin(frames, &key, start, 1)?;
     let began = Instant::now();
     Running::new(vec![design], 1).frames(&window, fps);
     let threads = rayon::current_num_threads().min(machines.len());

@@ -11,7 +11,7 @@ use super::plan::{Plan, PlannedDesign};
 use super::running::Running;
 use super::watch::SweepWatch;
 use crate::sweep::design::Design;
-use powergs_core::flow::tile_wise::Memo;
+use powergs_core::flow::WorkKey;
 use powergs_core::run::{RunError, Window};
 
 /// Points that are planned; of a larger space this many are a sample.
@@ -64,7 +64,7 @@ impl Estimate {
         let cost = cost(sweep, &plan, scale, memory)?;
         let threads = rayon::current_num_threads() as f64;
         let mut estimate = Estimate { plan, points, scale, machines, seconds: 0.0, threads, cost };
-        let bins = estimate.cost.bin_s * estimate.plan.geometries.len() as f64;
+        let bins = estimate.cost.bin_s * estimate.plan.works.len() as f64;
         estimate.seconds = bins + estimate.timed_s() / threads;
         Ok(Some(estimate))
     }
@@ -106,7 +106,7 @@ fn sampled(designs: &Designs, points: u64, watch: &dyn SweepWatch) -> Option<Pla
 pub struct EstimatedCost {
     /// Frames of all traces.
     pub frames: usize,
-    /// Seconds to bin all frames under one geometry.
+    /// Seconds to prepare all frames once.
     pub bin_s: f64,
     /// Seconds of one machine on all frames whose preprocessing is there already.
     pub machine_s: f64,
@@ -118,10 +118,10 @@ pub struct EstimatedCost {
     pub bytes: usize,
 }
 
-/// Bins the middle frame of every trace under some geometries of the plan, and times some machines
-/// of each on it: one after the other, with and without what machines share, then on all threads at
-/// once, which is slower. `scale` is how many designs each of the plan stands for. The finest
-/// geometry tells how much memory binned frames take.
+/// Prepares the middle frame of every trace as some designs of the plan need it, and times some
+/// machines of each on it: one after the other, with and without what machines share, then on all
+/// threads at once, which is slower. `scale` is how many designs each of the plan stands for. The
+/// finest tiles tell how much memory binned frames take.
 ///
 /// # Errors
 /// [`RunError::Input`]: a trace that cannot be read.
@@ -134,7 +134,8 @@ fn cost(
     let preprocessings = preprocessings(&sweep.designs, plan, scale);
     let mut cost = EstimatedCost { preprocessings, ..EstimatedCost::default() };
     let display_fps = sweep.file.display_fps;
-    let finest = plan.geometries.iter().min_by_key(|g| (g.tile, g.subtile));
+    // Keys are sorted: the first one has the smallest tiles.
+    let finest = plan.works.first();
     let sample = sample(&sweep.designs, plan);
     for trace in &mut sweep.traces {
         let range = trace.frames.range();
@@ -142,15 +143,12 @@ fn cost(
         let middle = range.start + range.len() / 2;
         let (mut bins, mut times) = (Vec::new(), Times::default());
         let began = Instant::now();
-        for designs in
-            sample.chunk_by(|a, b| a.machine.tiles().geometry == b.machine.tiles().geometry)
-        {
+        for designs in sample.chunk_by(|a, b| work_key(a) == work_key(b)) {
             if !bins.is_empty() && began.elapsed() > PATIENCE {
                 break;
             }
             let started = Instant::now();
-            let geometry = designs[0].machine.tiles().geometry;
-            let window = Window::bin(&mut *trace.frames, geometry, middle, 1)?;
+            let window = Window::bin(&mut *trace.frames, &work_key(&designs[0]), middle, 1)?;
             bins.push(started.elapsed().as_secs_f64());
             times.of(designs, &window, display_fps, began);
         }
@@ -158,7 +156,7 @@ fn cost(
         cost.machine_s += frames * times.warm_s / times.designs.max(1) as f64;
         cost.preprocessing_s += frames * times.preprocessing_s / times.preprocessings.max(1) as f64;
         if let Some(finest) = finest {
-            let window = Window::bin(&mut *trace.frames, *finest, middle, 1)?;
+            let window = Window::bin(&mut *trace.frames, finest, middle, 1)?;
             let bytes = window.frames[0].bytes();
             cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
         }
@@ -168,7 +166,18 @@ fn cost(
     Ok(cost)
 }
 
-/// Some designs of a plan, evenly over its machines, which are in the order of their geometries.
+/// What a design needs of a frame.
+fn work_key(design: &Design) -> WorkKey {
+    design.machine.flow().work_key(&design.machine)
+}
+
+/// What it shares of its runs with others.
+fn shares(design: &Design) -> Option<String> {
+    design.machine.flow().shared(&design.machine)
+}
+
+/// Some designs of a plan, evenly over its machines, which are in the order of what they need of a
+/// frame.
 fn sample(designs: &Designs, plan: &Plan) -> Vec<Design> {
     let machines = plan.machines(Shard::WHOLE);
     let most = TIMED.max(rayon::current_num_threads()).min(machines.len());
@@ -188,7 +197,7 @@ struct Times {
 }
 
 impl Times {
-    /// Adds designs of one geometry; fewer where that takes long.
+    /// Adds designs that need the same of a frame; fewer where that takes long.
     fn of(&mut self, designs: &[Design], window: &Window, display_fps: f64, began: Instant) {
         let timed = |design: &Design| {
             let started = Instant::now();
@@ -211,7 +220,7 @@ impl Times {
         self.preprocessing_s += (sum(&cold) - sum(&warm)).max(0.0);
         let mut shared = HashSet::new();
         for design in designs {
-            match Memo::shared_by(&design.machine) {
+            match shares(design) {
                 Some(key) => drop(shared.insert(key)),
                 None => self.preprocessings += 1,
             }
@@ -228,8 +237,8 @@ fn preprocessings(designs: &Designs, plan: &Plan, scale: f64) -> f64 {
     for planned in plan.designs.iter().step_by(step) {
         let Ok(design) = designs.design(planned.point) else { continue };
         compared += 1;
-        match Memo::shared_by(&design.machine) {
-            Some(key) => drop(seen.insert((planned.geometry, key))),
+        match shares(&design) {
+            Some(key) => drop(seen.insert((planned.work, key))),
             None => apart += 1,
         }
     }

@@ -13,10 +13,10 @@ use crate::sweep::design::{Design, Rejected};
 use crate::sweep::outcome::OUTCOME_VERSION;
 use crate::sweep::space::facts;
 use crate::sweep::table::Facts;
+use powergs_core::flow::WorkKey;
 use powergs_core::machine::DramModel;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::cost::untimed;
-use powergs_core::workload::Geometry;
 
 /// Designs that are made at a time while the space is walked.
 const STRIDE: u64 = 4096;
@@ -30,8 +30,8 @@ pub struct PlannedDesign {
     pub id: u128,
     /// Hash of what decides its timing.
     pub timing: u128,
-    /// Place of its geometry in [`Plan::geometries`].
-    pub geometry: u32,
+    /// Place of what it needs of a frame in [`Plan::works`].
+    pub work: u32,
     /// Its model of the DRAM.
     pub model: DramModel,
 }
@@ -49,8 +49,8 @@ pub struct Plan {
     pub unpriced: BTreeMap<(usize, usize), String>,
     /// Energy tables.
     pub tables: usize,
-    /// Distinct geometries, sorted.
-    pub geometries: Vec<Geometry>,
+    /// What designs need of a frame: frames are prepared once for all with the same; sorted.
+    pub works: Vec<WorkKey>,
     /// Points that a constraint excludes, counted by constraint.
     pub excluded: BTreeMap<String, u64>,
     /// Points that are the same as another one because an axis does not count there, counted by
@@ -73,7 +73,7 @@ pub struct Cause {
 
 /// What one point of the space is.
 enum PlanFound {
-    Design(PlannedDesign, Geometry, Vec<(u128, Facts)>, Vec<(usize, Rejected)>),
+    Design(PlannedDesign, WorkKey, Vec<(u128, Facts)>, Vec<(usize, Rejected)>),
     Excluded(String),
     Duplicate(String),
     Invalid(u64, Rejected),
@@ -94,8 +94,8 @@ impl Plan {
         watch: &dyn SweepWatch,
     ) -> Option<Plan> {
         let mut plan = Plan { tables: designs.tables().len(), ..Plan::default() };
-        let mut geometries = BTreeMap::new();
-        plan.add(planned(None, &designs.base), &mut geometries);
+        let mut works = BTreeMap::new();
+        plan.add(planned(None, &designs.base), &mut works);
         let mut points = points.peekable();
         while points.peek().is_some() {
             if watch.is_cancelled() {
@@ -104,19 +104,19 @@ impl Plan {
             let some: Vec<u64> = points.by_ref().take(STRIDE as usize).collect();
             let found: Vec<PlanFound> = some.par_iter().map(|&p| find(designs, p)).collect();
             watch.planned(some.len() as u64);
-            found.into_iter().for_each(|f| plan.add(f, &mut geometries));
+            found.into_iter().for_each(|f| plan.add(f, &mut works));
         }
-        // Numbers in the order of the geometries, whatever order they were met in.
-        plan.geometries = geometries.keys().copied().collect();
-        let mut places = vec![0; geometries.len()];
-        for (place, met) in geometries.values().enumerate() {
+        // Numbers in the order of the keys, whatever order they were met in.
+        plan.works = works.keys().cloned().collect();
+        let mut places = vec![0; works.len()];
+        for (place, met) in works.values().enumerate() {
             places[*met as usize] = place as u32;
         }
-        plan.designs.iter_mut().for_each(|d| d.geometry = places[d.geometry as usize]);
+        plan.designs.iter_mut().for_each(|d| d.work = places[d.work as usize]);
         Some(plan)
     }
 
-    fn add(&mut self, found: PlanFound, geometries: &mut BTreeMap<Geometry, u32>) {
+    fn add(&mut self, found: PlanFound, works: &mut BTreeMap<WorkKey, u32>) {
         match found {
             PlanFound::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
             PlanFound::Duplicate(axis) => *self.duplicates.entry(axis).or_default() += 1,
@@ -124,15 +124,15 @@ impl Plan {
                 self.count(point, &why);
                 self.invalid.push((point, why.to_string()));
             }
-            PlanFound::Design(mut design, geometry, priced, unpriced) => {
+            PlanFound::Design(mut design, work, priced, unpriced) => {
                 for (table, why) in unpriced {
                     if let Some(point) = design.point {
                         self.count(point, &why);
                     }
                     self.unpriced.insert((self.designs.len(), table), why.to_string());
                 }
-                let next = geometries.len() as u32;
-                design.geometry = *geometries.entry(geometry).or_insert(next);
+                let next = works.len() as u32;
+                design.work = *works.entry(work).or_insert(next);
                 self.designs.push(design);
                 let (priced, facts): (Vec<u128>, Vec<Facts>) = priced.into_iter().unzip();
                 self.priced.extend(priced);
@@ -158,12 +158,13 @@ impl Plan {
     }
 
     /// The designs of a part of the sweep, machine by machine: places in [`Plan::designs`] of
-    /// designs with the same machine, sorted by geometry. Parts never share a machine.
+    /// designs with the same machine, sorted by what they need of a frame. Parts never share a
+    /// machine.
     pub fn machines(&self, shard: Shard) -> Vec<Vec<u32>> {
         let mut order: Vec<u32> = (0..self.designs.len() as u32).collect();
         let rank = |&i: &u32| {
             let d = &self.designs[i as usize];
-            (d.geometry, d.timing, i)
+            (d.work, d.timing, i)
         };
         order.sort_by_key(rank);
         let same =
@@ -186,8 +187,7 @@ fn find(designs: &Designs, point: u64) -> PlanFound {
 
 fn planned(point: Option<u64>, design: &Design) -> PlanFound {
     let model = design.machine.dram.model;
-    let planned =
-        PlannedDesign { point, id: design.id, timing: design.timing_id, geometry: 0, model };
+    let planned = PlannedDesign { point, id: design.id, timing: design.timing_id, work: 0, model };
     let priced = |table| (price_id(design, table), facts(design, table));
     let priced = (0..design.prices.len()).map(priced).collect();
     let tables = design.prices.iter().enumerate();
@@ -195,7 +195,8 @@ fn planned(point: Option<u64>, design: &Design) -> PlanFound {
         let (label, message) = (priced.label.clone(), priced.prices.as_ref().err()?.clone());
         Some((i, Rejected::Price { label, message }))
     });
-    PlanFound::Design(planned, design.machine.tiles().geometry, priced, unpriced.collect())
+    let work = design.machine.flow().work_key(&design.machine);
+    PlanFound::Design(planned, work, priced, unpriced.collect())
 }
 
 /// Hash of what an energy table and the display make of a timing.

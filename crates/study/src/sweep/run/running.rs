@@ -3,14 +3,17 @@
 use crate::sweep::design::{Design, DesignPriced};
 use crate::sweep::outcome::Accumulator;
 use crate::sweep::record::Record;
+use powergs_core::flow::{History, WorkKey};
 use powergs_core::run::session::{BinnedFrame, time};
 use powergs_core::run::{RunError, Window};
-use powergs_core::sim::{Lists, Measured, priced};
+use powergs_core::sim::priced;
 
 /// Designs with the same machine, and the frames that they have done.
 pub struct Running {
     designs: Vec<Design>,
-    lists: Lists,
+    /// What the machine needs of a frame.
+    work: WorkKey,
+    history: History,
     /// Views that make a frame.
     eyes: usize,
     /// Per design, per energy table.
@@ -23,7 +26,9 @@ impl Running {
     /// first.
     pub fn new(designs: Vec<Design>, eyes: usize) -> Running {
         let sums = designs.iter().map(|d| vec![Accumulator::default(); d.prices.len()]).collect();
-        Running { designs, lists: Lists::default(), eyes, sums, failed: None }
+        let machine = &designs[0].machine;
+        let (work, history) = (machine.flow().work_key(machine), History::default());
+        Running { designs, work, history, eyes, sums, failed: None }
     }
 
     /// Does the frames of a window; the windows of a trace must come in order. A frame that breaks
@@ -39,12 +44,9 @@ impl Running {
 
     fn frame(&mut self, frame: &BinnedFrame, display_fps: f64) -> Result<(), RunError> {
         let machine = &self.designs[0].machine;
-        let workload = &frame.bins[&machine.tiles().geometry].workload;
-        let measured = match machine.tiles().gsu.reuse_period {
-            1 => Measured::needed(workload, machine),
-            _ => Measured::of(workload, frame.eye, machine, &mut self.lists, false),
-        };
-        let timed = time(machine, frame, &measured)?;
+        let work = &*frame.bins[&self.work].work;
+        let before = machine.flow().hand_over(machine, work, frame.eye, &mut self.history);
+        let timed = time(&frame.name, &frame.task(machine, &self.work, before.as_ref()))?;
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
             let label = frame.label(design.display.as_ref().map(|display| &display.value));
             for (table, sum) in design.prices.iter().zip(sums) {

@@ -1,5 +1,5 @@
-//! The work of a sweep: geometry by geometry, trace by trace, every frame binned once and every
-//! machine timed on it.
+//! The work of a sweep: trace by trace, every frame prepared once for all that need the same of it
+//! and every machine timed on it.
 
 use std::sync::Mutex;
 
@@ -65,10 +65,10 @@ pub fn work(
     let OpenedSweep { designs, traces, file, .. } = sweep;
     let mut work = RunWork { designs, plan, display_fps: file.display_fps, sink, memory, watch };
     for trace in traces {
-        let of = |machine: &Vec<u32>| plan.designs[machine[0] as usize].geometry;
+        let of = |machine: &Vec<u32>| plan.designs[machine[0] as usize].work;
         for machines in machines.chunk_by(|a, b| of(a) == of(b)) {
             let missing = work.missing(machines, trace)?;
-            if !missing.is_empty() && !work.one_geometry(&missing, trace)? {
+            if !missing.is_empty() && !work.with_same_work(&missing, trace)? {
                 return Ok(false);
             }
         }
@@ -112,14 +112,14 @@ impl RunWork<'_, '_, '_> {
         Ok(missing)
     }
 
-    /// Takes machines of one geometry through a trace.
-    fn one_geometry(
+    /// Takes machines that need the same of a frame through a trace.
+    fn with_same_work(
         &mut self,
         machines: &[&[u32]],
         trace: &mut SweepTrace<'_>,
     ) -> Result<bool, RunError> {
         let (plan, watch, memory) = (self.plan, self.watch, self.memory);
-        let geometry = plan.geometries[plan.designs[machines[0][0] as usize].geometry as usize];
+        let key = &plan.works[plan.designs[machines[0][0] as usize].work as usize];
         let SweepTrace { frames, hash, .. } = trace;
         let range = frames.range();
         let crew = Crew {
@@ -131,14 +131,14 @@ impl RunWork<'_, '_, '_> {
             sink: Mutex::new(&mut self.sink),
             watch,
         };
-        let mut window = Window::bin(&mut **frames, geometry, range.start, memory)?;
+        let mut window = Window::bin(&mut **frames, key, range.start, memory)?;
         if window.is_whole {
             machines.par_iter().try_for_each(|machine| crew.through_all(machine, &window))?;
             return Ok(!watch.is_cancelled());
         }
         for block in machines.chunks(BLOCK) {
             if window.start != range.start {
-                window = Window::bin(&mut **frames, geometry, range.start, memory)?;
+                window = Window::bin(&mut **frames, key, range.start, memory)?;
             }
             let mut running: Vec<Running> = block.par_iter().map(|m| crew.running(m)).collect();
             loop {
@@ -149,7 +149,7 @@ impl RunWork<'_, '_, '_> {
                 if window.end == range.end {
                     break;
                 }
-                window = Window::bin(&mut **frames, geometry, window.end, memory)?;
+                window = Window::bin(&mut **frames, key, window.end, memory)?;
             }
             block.iter().zip(running).try_for_each(|(machine, r)| crew.keep(machine, r))?;
         }
@@ -157,7 +157,7 @@ impl RunWork<'_, '_, '_> {
     }
 }
 
-/// What all machines of one geometry on one trace share.
+/// What all machines with the same work on one trace share.
 struct Crew<'a, 's, 'f, 'r> {
     plan: &'a Plan,
     /// Hash of the trace.

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::TileMemory;
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::batch::Batch;
 use crate::flow::tile_wise::ccu::{Ccu, GAUSSIAN_IN, READS, RECORDS, TILE_LIST};
 use crate::flow::tile_wise::layout::Layout;
@@ -11,10 +12,17 @@ use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::kernel::buffer::BufferAllocator;
 use crate::kernel::ledger::Ledger;
 use crate::kernel::memory::Arrival;
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::{Level, Observer, State};
 use crate::kernel::unit::Unit;
 use crate::stage::Stall;
+
+const READ_BACK: StreamId = STREAMS.id("read-back");
+const RESULTS: StreamId = STREAMS.id("results");
+
+/// The reads of a batch, in their order.
+const READ_STREAMS: [StreamId; READS] =
+    [STREAMS.id("records"), STREAMS.id("survivors"), STREAMS.id("colours")];
 
 /// A batch that a CCU holds, from its claim until its results have been written.
 #[derive(Debug, Clone)]
@@ -135,14 +143,14 @@ impl CcuState {
                 (held.batch, ccu.written(&held.batch), ccu.read_back(&held.batch));
             if back > 0 && !held.reads_back {
                 let span = |layout: &Layout| layout.read_back(&b);
-                held.transfer = shared.issue(now, self.owner, Stream::ReadBack, back, span);
+                held.transfer = shared.issue(now, self.owner, READ_BACK, back, span);
                 held.reads_back = true;
             }
             if held.reads_back && shared.memory.at(held.transfer) > now {
                 break;
             }
             let span = |layout: &Layout| layout.results(&b);
-            held.transfer = shared.issue(now, self.owner, Stream::Results, bytes, span);
+            held.transfer = shared.issue(now, self.owner, RESULTS, bytes, span);
             self.writing += 1;
             let at = shared.memory.at(held.transfer);
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
@@ -190,7 +198,7 @@ impl CcuState {
                         break;
                     }
                     let span = |layout: &Layout| layout.batch_read(&batch, read, bytes);
-                    let stream = Stream::of_read(read);
+                    let stream = READ_STREAMS[read];
                     let transfer = shared.issue(now, self.owner, stream, bytes, span);
                     self.input.fill(now, bytes);
                     let held = &mut self.held[place];
@@ -239,7 +247,7 @@ impl CcuState {
         let bytes = shared.units.ccu.read(&batch, 0);
         self.input.fill(now, bytes);
         let span = |layout: &Layout| layout.batch_read(&batch, 0, bytes);
-        let transfer = shared.issue(now, self.owner, Stream::Records, bytes, span);
+        let transfer = shared.issue(now, self.owner, READ_STREAMS[0], bytes, span);
         let index = shared.next_batch;
         let (reads, room, until) = (1, bytes, NEVER);
         let (reads_back, is_written) = (false, false);
@@ -304,7 +312,7 @@ impl CcuState {
             self.account(now, shared.observer);
             self.state = state;
         }
-        if O::WANTS_LEVELS {
+        if shared.observer.wants_levels() {
             self.tell(now, shared.observer);
         }
         self.wake(now, shared, claims_more)

@@ -10,6 +10,7 @@
 //!
 //! A tile without chunks passes when no chunk waits for the VRU.
 
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::bsu::{Bsu, Sort};
 use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::feature_queue::{Chunk, FeatureQueue};
@@ -21,12 +22,15 @@ use crate::flow::tile_wise::traffic::ChunkLoad;
 use crate::flow::tile_wise::vru::Render;
 use crate::kernel::ledger::Ledger;
 use crate::kernel::memory::Arrival;
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::unit::Unit;
 use crate::stage::DRAM_READ;
 use crate::stage::Stall;
 use powergs_energy::action::{ActionCounts, Phase};
+
+const KEPT_LISTS: StreamId = STREAMS.id("kept-lists");
+const FEATURES: StreamId = STREAMS.id("features");
 
 /// The connections of the stage in cycle `now`.
 pub(super) struct ChunkIssuePorts<'p, 'a, O> {
@@ -129,7 +133,7 @@ impl ChunkIssue {
         if job.kept > 0 {
             let pattern = |layout: &Layout| layout.list(job, job.kept);
             let shared = &mut *ports.shared;
-            let stream = Stream::KeptLists;
+            let stream = KEPT_LISTS;
             let write = shared.issue(ports.now, self.owner, stream, job.kept, pattern);
             self.end = self.end.max(shared.memory.known_end(write));
         }
@@ -210,7 +214,7 @@ impl ChunkIssue {
         let is_built_in = units.rules.vru == Rule::BUILT_IN;
         let backlog = if is_built_in { units.vru.backlog(&render) } else { 0 };
         let bytes = load.bytes(units);
-        let features = shared.issue(now, self.owner, Stream::Features, bytes, |_| pattern);
+        let features = shared.issue(now, self.owner, FEATURES, bytes, |_| pattern);
         let colours = units.colour.map_or(0, |unit| unit.cycles(&chunk));
         let item = Chunk {
             tile,
@@ -283,7 +287,7 @@ impl ChunkIssue {
             units.vru.charge_unused(entries, &mut self.speculation);
             let read = load.bytes(units);
             self.speculation.charge(Phase::Rendering, DRAM_READ, read);
-            let features = shared.issue(now, self.owner, Stream::Features, read, |_| pattern);
+            let features = shared.issue(now, self.owner, FEATURES, read, |_| pattern);
             let item = Chunk {
                 tile,
                 cycles: 0,

@@ -73,7 +73,7 @@ impl Core {
         self.colour.step(now, &mut self.features, &shared.memory, shared.observer);
         self.end = self.end.max(now).max(self.issue.end).max(self.render.end);
         self.states = self.states(now, shared);
-        if O::WANTS_LEVELS {
+        if shared.observer.wants_levels() {
             self.tell(now, shared.observer);
         }
         let render = self.render.wake(now, &self.features, &shared.memory);

@@ -8,15 +8,20 @@
 
 use std::collections::VecDeque;
 
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::layout::Layout;
 use crate::flow::tile_wise::pipeline::{NEVER, Shared};
 use crate::flow::tile_wise::qsu::{Keys, LIST, SPILL};
 use crate::flow::tile_wise::schedule::Job;
 use crate::kernel::buffer::BufferAllocator;
 use crate::kernel::memory::Arrival;
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::{Observer, State};
 use crate::stage::Stall;
+
+const LISTS: StreamId = STREAMS.id("lists");
+const SPILL_OUT: StreamId = STREAMS.id("spill-out");
+const SPILL_IN: StreamId = STREAMS.id("spill-in");
 
 /// The state of a job: what it waits for, or the operation in progress.
 #[derive(Debug, Clone, Copy)]
@@ -144,7 +149,7 @@ impl ListFetch {
                 Waiting::BufferFull => {
                     self.keys.fill(now, bytes);
                     let span = |layout: &Layout| layout.list(job, job.read);
-                    let read = shared.issue(now, self.owner, Stream::Lists, job.read, span);
+                    let read = shared.issue(now, self.owner, LISTS, job.read, span);
                     held.waits = Waiting::Reading(read);
                 }
                 Waiting::Reading(_) | Waiting::Partitioning(_) | Waiting::Ready => {}
@@ -232,8 +237,8 @@ impl ListFetchPass {
         let mut pass = ListFetchPass { left, busy, keys: busy + stalls, spill: None };
         if overflow > 0 {
             let pattern = |layout: &Layout| layout.spill(core, overflow);
-            shared.issue(now, owner, Stream::SpillOut, overflow, pattern);
-            pass.spill = Some(shared.issue(now, owner, Stream::SpillIn, overflow, pattern));
+            shared.issue(now, owner, SPILL_OUT, overflow, pattern);
+            pass.spill = Some(shared.issue(now, owner, SPILL_IN, overflow, pattern));
         }
         pass
     }

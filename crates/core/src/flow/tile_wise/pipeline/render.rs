@@ -5,6 +5,7 @@
 //! buffer does not admit them, the VRU stalls.
 
 use super::TileMemory;
+use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::layout::Layout;
 use crate::flow::tile_wise::pipeline::feature_queue::{Chunk, FeatureQueue};
 use crate::flow::tile_wise::pipeline::{NEVER, Shared};
@@ -14,10 +15,12 @@ use crate::kernel::Histogram;
 use crate::kernel::buffer::BufferAllocator;
 use crate::kernel::ledger::Ledger;
 use crate::kernel::memory::Arrival;
-use crate::kernel::stream::Stream;
+use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::unit::Unit;
 use crate::stage::Stall;
+
+const PIXELS: StreamId = STREAMS.id("pixels");
 
 /// The chunk that is being rendered.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +99,7 @@ impl RenderStage {
         self.pixels.fill(now, bytes);
         let tile = self.last_tile;
         let pattern = |layout: &Layout| layout.pixels(tile, bytes);
-        let write = shared.issue(now, self.owner, Stream::Pixels, bytes, pattern);
+        let write = shared.issue(now, self.owner, PIXELS, bytes, pattern);
         self.writing.push((write, bytes));
         self.end = self.end.max(shared.memory.known_end(write));
     }

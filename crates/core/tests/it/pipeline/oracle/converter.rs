@@ -8,6 +8,9 @@ use powergs_core::kernel::Unit;
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
 
+/// The reads of a batch.
+const READS: [&str; 3] = ["records", "survivors", "colours"];
+
 /// A batch in front of the unit: reads that were issued, the one under way, bytes in the buffer.
 struct Held {
     index: usize,
@@ -181,14 +184,14 @@ impl Converter {
                 Some((Leaving::Back(_), ..)) => drop(self.writes.pop()),
                 _ if back > 0 => {
                     let span = memory.layout.read_back(&b);
-                    let ticket = memory.read(now, 0, back, span);
+                    let ticket = memory.read(now, "read-back", back, span);
                     self.writes.push((Leaving::Back(ticket), index, bytes));
                     continue;
                 }
                 _ => {}
             }
             let span = memory.layout.results(&b);
-            let ticket = memory.write(now, 0, ccu.written(&b), span);
+            let ticket = memory.write(now, "results", ccu.written(&b), span);
             self.writes.push((Leaving::Write(ticket), index, bytes));
             self.pipe.remove(0);
         }
@@ -213,7 +216,7 @@ impl Converter {
                 }
                 let span = memory.layout.batch_read(&b, read, bytes);
                 let held = &mut self.held[place];
-                held.waits_for = Some(memory.read(now, 0, bytes, span));
+                held.waits_for = Some(memory.read(now, READS[read], bytes, span));
                 (held.reads, held.room) = (held.reads + 1, held.room + bytes);
                 self.input_used += bytes;
                 // What takes no time is here at once.
@@ -255,7 +258,7 @@ impl Converter {
             self.held.push(Held { index, batch, reads, waits_for: None, room });
             let span = memory.layout.batch_read(&batch, 0, bytes);
             let held = self.held.last_mut().expect("the new one");
-            held.waits_for = Some(memory.read(now, 0, bytes, span));
+            held.waits_for = Some(memory.read(now, READS[0], bytes, span));
             (held.reads, held.room) = (1, bytes);
             self.input_used += bytes;
             *next += 1;

@@ -18,9 +18,6 @@ use powergs_frame::scene::ShDegree;
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
 
-const SORTING: usize = 1;
-const RENDERING: usize = 2;
-
 enum Step {
     WantsList,
     WantsRoom,
@@ -137,7 +134,7 @@ impl Core {
             self.pending = None;
             self.pixels_used += bytes;
             let span = memory.layout.pixels(tile, bytes);
-            self.writes.push((memory.write(now, RENDERING, bytes, span), bytes));
+            self.writes.push((memory.write(now, "pixels", bytes, span), bytes));
         }
         let is_ready = self.chunks.front().is_some_and(|c| {
             let here = c.features.is_none_or(|ticket| memory.is_done(ticket, now));
@@ -218,8 +215,8 @@ impl Core {
                 let overflow = design.qsu.overflow(&keys);
                 let span = memory.layout.spill(self.number, overflow);
                 let spill = (overflow > 0).then(|| {
-                    self.posted.push(memory.write(now, SORTING, overflow, span));
-                    memory.read(now, SORTING, overflow, span)
+                    self.posted.push(memory.write(now, "spill-out", overflow, span));
+                    memory.read(now, "spill-in", overflow, span)
                 });
                 let pass = keys.passes - left;
                 let cycles = design.qsu.pass_cycles(&keys, pass);
@@ -256,7 +253,7 @@ impl Core {
                 }
                 self.keys_used += bytes;
                 let span = memory.layout.list(job, job.read);
-                held.step = Step::Reads(memory.read(now, SORTING, job.read, span));
+                held.step = Step::Reads(memory.read(now, "lists", job.read, span));
             }
         }
     }
@@ -319,7 +316,7 @@ impl Core {
         }
         if job.kept > 0 {
             let span = memory.layout.list(job, job.kept);
-            self.posted.push(memory.write(now, SORTING, job.kept, span));
+            self.posted.push(memory.write(now, "kept-lists", job.kept, span));
         }
     }
 
@@ -367,7 +364,7 @@ impl Core {
         let is_last = middle.chunk == tile.chunks;
         let start = u64::from(tile.list_start + (middle.chunk - 1) * frame.workload.geometry.chunk);
         let span = AccessPattern::Chunk { start, entries: u64::from(chunk.entries), load };
-        let features = Some(memory.read(now, RENDERING, load.bytes(design), span));
+        let features = Some(memory.read(now, "features", load.bytes(design), span));
         let sort = Some(self.queue(design, sort, index));
         self.chunks.push_back(Chunk {
             tile: index,
@@ -425,7 +422,7 @@ impl Core {
         let start = u64::from(tile.list_start + tile.loaded + (middle.speculated - 1) * size);
         let load = ChunkLoad { features: entries, ..ChunkLoad::default() };
         let span = AccessPattern::Chunk { start, entries, load };
-        let features = Some(memory.read(now, RENDERING, bytes, span));
+        let features = Some(memory.read(now, "features", bytes, span));
         let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));
         self.chunks.push_back(Chunk {
             tile: index,

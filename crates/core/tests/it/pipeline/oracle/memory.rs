@@ -5,18 +5,13 @@ use std::collections::VecDeque;
 
 use powergs_core::flow::tile_wise::layout::{AccessPattern, Layout};
 use powergs_core::flow::tile_wise::schedule::Plan;
-use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits};
+use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits, STREAMS};
 use powergs_core::kernel::dram::{Dram, TICKS};
-use powergs_core::kernel::stream::Stream;
-use powergs_core::machine::DramModel;
-use powergs_core::machine::Machine;
+use powergs_core::kernel::memory;
+use powergs_core::kernel::stream::StreamId;
+use powergs_core::machine::{DramModel, Machine, SecondMasterSpec};
 use powergs_core::workload::FrameWorkload;
-use powergs_dram::{self, Banked};
-
-/// A stream of this direction: with one rate, all are alike.
-fn any_stream(is_read: bool) -> Stream {
-    if is_read { Stream::Features } else { Stream::Pixels }
-}
+use powergs_dram::{self, AddressRange, Banked};
 
 /// A request, to ask for later.
 pub type Ticket = usize;
@@ -24,12 +19,56 @@ pub type Ticket = usize;
 struct Queued {
     ticket: Ticket,
     ticks_left: u64,
-    is_read: bool,
+    /// Ticks from its last byte until it is done.
+    latency: u64,
 }
+
+/// Another user of the device, from its rules in words: requests of one size at equal distances in
+/// time; one that finds too many others under way waits for the oldest.
+struct Master {
+    spec: SecondMasterSpec,
+    base: u64,
+    ck_fs: u64,
+    /// Of each request so far, when it was done, CK.
+    done: Vec<Option<u64>>,
+}
+
+/// Bytes of the region of the second master.
+const REGION: u64 = 1 << 26;
+
+impl Master {
+    /// The CK in which its next request arrives; `None` while that is not known.
+    fn arrival(&self) -> Option<u64> {
+        let period = (self.spec.request.0 as f64 / self.spec.rate.0 * 1e15).round() as u128;
+        let due = self.done.len() as u128 * period.max(1) / u128::from(self.ck_fs);
+        let most = self.spec.in_flight as usize;
+        let due = u64::try_from(due).expect("a short frame");
+        match self.done.len().checked_sub(most) {
+            None => Some(due),
+            Some(oldest) => self.done[oldest].map(|done| due.max(done)),
+        }
+    }
+
+    /// Whether request `n` writes: reads come as evenly as their share allows.
+    fn writes(&self, n: usize) -> bool {
+        let reads = |n: usize| (n as f64 * self.spec.reads).floor();
+        reads(n + 1) <= reads(n)
+    }
+
+    /// The bytes that request `n` touches: one place behind the other, again and again.
+    fn piece(&self, n: usize) -> AddressRange {
+        let bytes = self.spec.request.0;
+        let place = n as u64 % (REGION / bytes).max(1);
+        AddressRange { address: self.base + place * bytes, bytes }
+    }
+}
+
+/// Tickets of the second master begin here.
+const MASTER: u32 = 1 << 31;
 
 enum Kind {
     Bus(Box<Dram>, VecDeque<Queued>),
-    Banked(Box<Banked>, Vec<(AccessPattern, u64)>),
+    Banked(Box<Banked>, Vec<(AccessPattern, u64)>, Option<Master>),
 }
 
 pub struct Memory<'a> {
@@ -53,19 +92,32 @@ impl<'a> Memory<'a> {
         given: &FrameContext<'a>,
     ) -> Self {
         let device = || machine.device.as_ref().expect("linked");
-        let kind = match machine.dram.model {
-            DramModel::Bandwidth => Kind::Bus(Box::new(design.dram), VecDeque::new()),
-            DramModel::Calibrated => panic!("the oracle has no run to calibrate with"),
-            DramModel::Banked => Kind::Banked(Box::new(Banked::new(device())), Vec::new()),
-        };
         let fs = |ns: f64| (ns * 1e6).round() as u64;
+        let layout = Layout::new(workload, design, plan, given);
+        let kind = match machine.dram.model {
+            DramModel::Bandwidth | DramModel::Calibrated => {
+                Kind::Bus(Box::new(design.dram), VecDeque::new())
+            }
+            DramModel::Banked => {
+                let spec = machine.dram.second_master.clone();
+                let master = spec.is_on().then(|| Master {
+                    spec,
+                    base: memory::Layout::end(&layout).next_multiple_of(REGION),
+                    ck_fs: fs(device().clock_period.0),
+                    done: Vec::new(),
+                });
+                let device = Banked::new(device());
+                let device = if master.is_some() { device.in_time() } else { device };
+                Kind::Banked(Box::new(device), Vec::new(), master)
+            }
+        };
         Self {
             kind,
             clocks: (
                 fs(1e9 / machine.clock.0),
                 machine.device.as_ref().map_or(1, |device| fs(device.clock_period.0)),
             ),
-            layout: Layout::new(workload, design, plan, given),
+            layout,
             done: Vec::new(),
             requests: 0,
             read: [0; 3],
@@ -73,20 +125,22 @@ impl<'a> Memory<'a> {
         }
     }
 
-    pub fn read(&mut self, now: u64, stage: usize, bytes: u64, span: AccessPattern) -> Ticket {
-        self.read[stage] += bytes;
-        self.issue(now, stage, bytes, span, true)
+    pub fn read(&mut self, now: u64, stream: &str, bytes: u64, span: AccessPattern) -> Ticket {
+        let stream = STREAMS.id(stream);
+        self.read[STREAMS.phase(stream) as usize] += bytes;
+        self.issue(now, stream, bytes, span, true)
     }
 
-    pub fn write(&mut self, now: u64, stage: usize, bytes: u64, span: AccessPattern) -> Ticket {
-        self.written[stage] += bytes;
-        self.issue(now, stage, bytes, span, false)
+    pub fn write(&mut self, now: u64, stream: &str, bytes: u64, span: AccessPattern) -> Ticket {
+        let stream = STREAMS.id(stream);
+        self.written[STREAMS.phase(stream) as usize] += bytes;
+        self.issue(now, stream, bytes, span, false)
     }
 
     fn issue(
         &mut self,
         now: u64,
-        stage: usize,
+        stream: StreamId,
         bytes: u64,
         span: AccessPattern,
         is_read: bool,
@@ -94,7 +148,7 @@ impl<'a> Memory<'a> {
         let ticket = self.done.len();
         if bytes == 0 {
             self.done.push(Some((now + 1) * TICKS));
-            if let Kind::Banked(_, spans) = &mut self.kind {
+            if let Kind::Banked(_, spans, _) = &mut self.kind {
                 spans.push((span, 0));
             }
             return ticket;
@@ -105,15 +159,17 @@ impl<'a> Memory<'a> {
         let arrival = (now * cycle).div_ceil(ck);
         match &mut self.kind {
             Kind::Bus(dram, queue) => {
-                let ticks_left = dram.service(any_stream(is_read), bytes);
-                queue.push_back(Queued { ticket, ticks_left, is_read });
+                let waiting = queue.iter().map(|other| other.ticks_left).sum();
+                let latency = dram.latency(stream, waiting);
+                let ticks_left = dram.service(stream, bytes);
+                queue.push_back(Queued { ticket, ticks_left, latency });
             }
-            Kind::Banked(device, spans) => {
+            Kind::Banked(device, spans, _) => {
                 spans.push((span, 0));
                 device.push(powergs_dram::Request {
                     ticket: ticket as u32,
                     write: !is_read,
-                    class: stage as u8,
+                    class: stream.index() as u8,
                     arrival,
                 });
             }
@@ -129,19 +185,46 @@ impl<'a> Memory<'a> {
     pub fn tick(&mut self, now: u64) {
         let (cycle, ck) = self.clocks;
         match &mut self.kind {
-            Kind::Banked(device, spans) => {
+            Kind::Banked(device, spans, master) => {
                 let layout = &self.layout;
                 let until = (now + 1) * cycle / ck;
-                let mut pieces = |ticket: u32| {
-                    let (span, cursor) = &mut spans[ticket as usize];
-                    layout.piece(span, cursor)
-                };
-                while let Some((end, ticket)) = device.advance(until, &mut pieces) {
-                    let done = (end * ck).div_ceil(cycle).max(now + 1);
-                    self.done[ticket as usize] = Some(done * TICKS);
+                let mut given = None;
+                loop {
+                    let arrival = master.as_ref().and_then(Master::arrival);
+                    let mut pieces = |ticket: u32| match (ticket & MASTER, &*master) {
+                        (MASTER, Some(master)) => {
+                            let is_first = given.replace(ticket) != Some(ticket);
+                            is_first.then(|| master.piece((ticket & !MASTER) as usize))
+                        }
+                        _ => {
+                            let (span, cursor) = &mut spans[ticket as usize];
+                            layout.piece(span, cursor)
+                        }
+                    };
+                    let limit = until.min(arrival.unwrap_or(u64::MAX));
+                    match (device.advance(limit, &mut pieces), &mut *master) {
+                        (Some((end, ticket)), Some(master)) if ticket & MASTER != 0 => {
+                            master.done[(ticket & !MASTER) as usize] = Some(end);
+                        }
+                        (Some((end, ticket)), _) => {
+                            let done = (end * ck).div_ceil(cycle).max(now + 1);
+                            self.done[ticket as usize] = Some(done * TICKS);
+                        }
+                        (None, Some(master)) if arrival.is_some_and(|ck| ck <= until) => {
+                            let n = master.done.len();
+                            device.push(powergs_dram::Request {
+                                ticket: MASTER | n as u32,
+                                write: master.writes(n),
+                                class: 15,
+                                arrival: arrival.expect("it is known"),
+                            });
+                            master.done.push(None);
+                        }
+                        (None, _) => return,
+                    }
                 }
             }
-            Kind::Bus(dram, queue) => {
+            Kind::Bus(_, queue) => {
                 let mut spent = 0;
                 while spent < TICKS {
                     let Some(head) = queue.front_mut() else { return };
@@ -149,8 +232,7 @@ impl<'a> Memory<'a> {
                     head.ticks_left -= moved;
                     spent += moved;
                     if head.ticks_left == 0 {
-                        let latency = dram.latency(any_stream(head.is_read), 0);
-                        self.done[head.ticket] = Some(now * TICKS + spent + latency);
+                        self.done[head.ticket] = Some(now * TICKS + spent + head.latency);
                         queue.pop_front();
                     }
                 }

@@ -1,0 +1,112 @@
+//! What comes out of a frame on a machine of any dataflow, before prices.
+
+use crate::kernel::FrameTiming;
+use crate::kernel::traffic::Traffic;
+use crate::workload::FrameWorkload;
+use crate::workload::reuse::ReuseSummary;
+use powergs_energy::action::ActionCounts;
+use powergs_frame::fovea::LEVELS;
+use powergs_frame::splat::FoveaCounters;
+
+/// One frame on one machine: counts and times, and no cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FlowOutcome {
+    /// When everything happened.
+    pub timing: FrameTiming,
+    /// How often everything happened, the cycles of clocks left out.
+    pub actions: ActionCounts,
+    /// DRAM bytes served.
+    pub served: Traffic,
+    /// DRAM bytes read that nobody wrote.
+    pub unwritten_bytes: u64,
+    /// α evaluations that the machine executes.
+    pub executed_evaluations: u64,
+    /// Those of them whose pixel has not stopped.
+    pub live_evaluations: u64,
+    /// Order of the sorted lists; `None` where it was not measured.
+    pub lists: Option<ListOrder>,
+    /// The feature cache, where the machine has one.
+    pub cache: Option<CacheSummary>,
+    /// Results of foveated frames.
+    pub fovea: Option<Foveal<RegionWork>>,
+}
+
+/// The work of one region of a foveated frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RegionWork {
+    /// Tiles.
+    pub tiles: u64,
+    /// Entries that they load.
+    pub entries: u64,
+    /// Cycles for which the rendering units of a core work on them, without draining.
+    pub cycles: u64,
+    /// How often everything happened for them.
+    pub actions: ActionCounts,
+}
+
+/// Order of the sorted lists of a frame: a frame either sorts its lists from scratch,
+/// or takes over the order of the frame before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ListOrder {
+    /// Sorted from scratch, and checked with the machine's keys.
+    Sorted(OrderSummary),
+    /// Taken over from the frame before, and updated.
+    Reused(ReuseSummary),
+}
+
+/// Results of a foveated frame on a machine; `R` holds those of a region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foveal<R> {
+    /// Of the whole frame.
+    pub summary: FoveaSummary,
+    /// R1 to R4.
+    pub regions: [R; LEVELS],
+}
+
+/// How well the lists of a frame are sorted, measured with the machine's keys.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OrderSummary {
+    /// Pairs of neighbours in all sorted lists.
+    pub neighbours: u64,
+    /// Neighbours in the wrong order of depth.
+    pub out_of_order: u64,
+    /// Neighbours with equal keys and different depths.
+    pub equal_keys: u64,
+    /// Pairs of one list, neighbours or not, in the wrong order.
+    pub inversions: u64,
+}
+
+/// Hits and misses of the feature cache in a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CacheSummary {
+    /// Feature records found.
+    pub hits: u64,
+    /// Feature records read from DRAM.
+    pub misses: u64,
+}
+
+/// Counters of a foveated frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FoveaSummary {
+    /// Gaze, shares of width and height.
+    pub gaze: [f32; 2],
+    /// Tiles.
+    pub tiles: u64,
+    /// Tiles that blend two levels.
+    pub blending_tiles: u64,
+    /// Further counters.
+    pub counters: FoveaCounters,
+}
+
+impl FoveaSummary {
+    /// Of a binned frame; `None` for plain ones.
+    pub(crate) fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
+        let fovea = workload.fovea.as_ref()?;
+        Some(FoveaSummary {
+            gaze: fovea.gaze.point,
+            tiles: workload.tiles.len() as u64,
+            blending_tiles: fovea.blending_tiles,
+            counters: fovea.counters,
+        })
+    }
+}
