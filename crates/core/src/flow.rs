@@ -6,6 +6,7 @@
 
 use std::any::{Any, TypeId};
 use std::fmt;
+use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 use toml::Spanned;
@@ -15,7 +16,7 @@ use crate::kernel::Memo;
 use crate::kernel::timeline::Observer;
 use crate::machine::check::Contradiction;
 use crate::machine::{Machine, Optional};
-use crate::stage::StageDecl;
+use crate::stage::{self, RegisterError, StageDecl};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
@@ -41,7 +42,8 @@ pub trait Dataflow: Sync {
     /// What it is, in one sentence.
     fn means(&self) -> &'static str;
 
-    /// The stages that its machines may have.
+    /// The stages that its machines may have, in the order of every report: no stage is of two
+    /// dataflows.
     fn stages(&self) -> &'static [&'static StageDecl];
 
     /// The schema of its tables in a machine file: an object.
@@ -225,8 +227,41 @@ impl<'a> FrameTask<'a> {
     }
 }
 
+/// A dataflow of this program, with its stages: their numbers are given before it runs.
+#[derive(Clone, Copy)]
+pub struct FlowDecl {
+    /// The dataflow.
+    pub flow: &'static dyn Dataflow,
+    /// Its stages, in the order of every report.
+    pub stages: &'static [&'static StageDecl],
+}
+
 /// The dataflows of this program.
-pub const FLOWS: [&dyn Dataflow; 1] = [&tile_wise::TileWiseFlow];
+pub const FLOWS: [FlowDecl; 1] = [tile_wise::FLOW];
+
+/// Those from outside of the program.
+static REGISTERED: Mutex<Vec<&'static dyn Dataflow>> = Mutex::new(Vec::new());
+
+/// Adds a dataflow from outside of the program, with its stages, which must be done before anything
+/// else.
+///
+/// # Errors
+/// [`RegisterError`]: too late, or a name that is taken.
+pub fn register(flow: &'static dyn Dataflow) -> Result<(), RegisterError> {
+    let key = flow.key();
+    if all().any(|known| known.key() == key) {
+        return Err(RegisterError::Flow(key));
+    }
+    flow.stages().iter().try_for_each(|stage| stage::register(stage))?;
+    REGISTERED.lock().unwrap_or_else(PoisonError::into_inner).push(flow);
+    Ok(())
+}
+
+/// All dataflows.
+pub fn all() -> impl Iterator<Item = &'static dyn Dataflow> {
+    let more = REGISTERED.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    FLOWS.into_iter().map(|decl| decl.flow).chain(more)
+}
 
 /// The dataflow of machine files that name none.
 pub const DEFAULT: &str = "tile-wise";
@@ -236,8 +271,8 @@ pub const DEFAULT: &str = "tile-wise";
 /// # Errors
 /// There is none: the nearest name, and all of them.
 pub fn named(name: &str) -> Result<&'static dyn Dataflow, String> {
-    FLOWS.into_iter().find(|flow| flow.key() == name).ok_or_else(|| {
-        let names: Vec<&str> = FLOWS.iter().map(|flow| flow.key()).collect();
+    all().find(|flow| flow.key() == name).ok_or_else(|| {
+        let names: Vec<&str> = all().map(|flow| flow.key()).collect();
         let near = nearest(name, names.iter().copied());
         let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
         format!("no dataflow `{name}`{near}: there are {}", names.join(", "))

@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::flow::{self, Dataflow, FLOWS, Tables};
+use crate::flow::{self, Dataflow, Tables};
 use crate::stage;
 use powergs_base::config::document::Document;
 use powergs_base::config::embedded::{DRAM, MACHINES};
@@ -122,7 +122,7 @@ fn schema(flows: &[&dyn Dataflow]) -> Value {
         }
     }
     keys.extend(common.into_iter().filter(|(key, _)| is_behind(key)));
-    keys["dataflow"]["enum"] = FLOWS.iter().map(|flow| flow.key()).collect::<Vec<_>>().into();
+    keys["dataflow"]["enum"] = flow::all().map(|flow| flow.key()).collect::<Vec<_>>().into();
     // As the keys stand in the file.
     let order: Vec<&String> = keys.keys().collect();
     required.sort_by_key(|key| order.iter().position(|known| *known == key));
@@ -148,7 +148,8 @@ impl JsonSchema for Machine {
 
     /// With the tables of all dataflows.
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        Schema::try_from(schema(&FLOWS)).expect("an object is a schema")
+        let flows: Vec<&dyn Dataflow> = flow::all().collect();
+        Schema::try_from(schema(&flows)).expect("an object is a schema")
     }
 }
 

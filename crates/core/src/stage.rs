@@ -7,7 +7,7 @@
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use crate::flow::tile_wise::{bsu, cache, ccu, colour, lists, qsu, vru};
+use crate::flow::FLOWS;
 use crate::kernel::memory;
 use crate::kernel::stream::StreamDecl;
 use crate::machine::Machine;
@@ -327,17 +327,30 @@ impl OmitDecl {
     }
 }
 
-/// The stages of this program, in the order of every report.
-pub const STAGES: [&StageDecl; 8] = [
-    &ccu::CCU,
-    &qsu::QSU,
-    &bsu::BSU,
-    &vru::VRU,
-    &cache::CACHE,
-    &lists::LISTS,
-    &colour::CODEBOOK,
-    &colour::COLOUR,
-];
+/// The stages of this program, dataflow by dataflow, in the order of every report.
+pub const STAGES: [&StageDecl; stages_of(FLOWS.len())] = {
+    let mut all = [FLOWS[0].stages[0]; stages_of(FLOWS.len())];
+    let mut flow = 0;
+    while flow < FLOWS.len() {
+        let (first, mut stage) = (stages_of(flow), 0);
+        while stage < FLOWS[flow].stages.len() {
+            all[first + stage] = FLOWS[flow].stages[stage];
+            stage += 1;
+        }
+        flow += 1;
+    }
+    all
+};
+
+/// Stages of the first so many dataflows.
+const fn stages_of(flows: usize) -> usize {
+    let (mut sum, mut flow) = (0, 0);
+    while flow < flows {
+        sum += FLOWS[flow].stages.len();
+        flow += 1;
+    }
+    sum
+}
 
 /// Whether two keys are the same, before the program runs.
 pub(crate) const fn same(a: &str, b: &str) -> bool {
@@ -562,6 +575,9 @@ pub enum RegisterError {
         /// What is taken.
         name: &'static str,
     },
+    /// A dataflow with a name that another one has.
+    #[error("there is a dataflow `{0}` already: give yours another name")]
+    Flow(&'static str),
     /// More causes of waits than accounts have room for.
     #[error("the stage `{0}` has too many causes to wait: all stages together have at most 13")]
     Waits(&'static str),

@@ -35,8 +35,8 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 use super::{
-    CacheSummary, Dataflow, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
-    Incompatible, ListOrder, RegionWork, SimError, Tables, Work, WorkKey,
+    CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
+    History, Incompatible, ListOrder, RegionWork, SimError, Tables, Work, WorkKey,
 };
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
@@ -82,6 +82,9 @@ pub const STAGES: [&StageDecl; 8] = [
     &colour::COLOUR,
 ];
 
+/// The dataflow with its stages.
+pub const FLOW: FlowDecl = FlowDecl { flow: &TileWiseFlow, stages: &STAGES };
+
 /// Their streams.
 pub const STREAMS: Streams = Streams::of(&STAGES);
 
@@ -98,7 +101,7 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn stages(&self) -> &'static [&'static StageDecl] {
-        &STAGES
+        FLOW.stages
     }
 
     fn schema(&self) -> Value {

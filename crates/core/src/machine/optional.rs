@@ -3,7 +3,7 @@
 
 use toml::Table;
 
-use crate::flow::FLOWS;
+use crate::flow;
 use crate::machine::Machine;
 use powergs_base::config::{Config, Place, Problem};
 
@@ -48,7 +48,7 @@ fn of_machine(machine: &Machine) -> impl Iterator<Item = &'static Optional> {
 impl Optional {
     /// All of them, of all dataflows.
     pub fn all() -> impl Iterator<Item = &'static Optional> {
-        COMMON.iter().chain(FLOWS.iter().flat_map(|flow| flow.optional()))
+        COMMON.iter().chain(flow::all().flat_map(|flow| flow.optional()))
     }
 
     /// The part that a key is of; `None` for one that every machine has.
