@@ -140,10 +140,14 @@ impl Model {
         }
     }
 
-    fn tile(&self) -> u32 {
+    /// Width and height of the tiles of an image.
+    fn tile(&self, image: [u32; 2]) -> [u32; 2] {
         match self {
-            Model::Cycle(system) => system.machine().tiles().geometry.tile,
-            Model::Paper(_) => Geometry::REFERENCE.tile,
+            Model::Cycle(system) => {
+                let machine = system.machine();
+                machine.flow().tile(machine, image)
+            }
+            Model::Paper(_) => [Geometry::REFERENCE.tile; 2],
         }
     }
 }
@@ -204,9 +208,9 @@ pub fn run(args: &ReplayArgs, context: &Context) -> Result<Exit, Failure> {
     };
     let facts = replay.facts(&mut trace)?;
     if let Some(asked) = &args.timeline {
-        let tile = model.tile();
         let shown = facts.trace.shown;
-        let tiles = shown.width.div_ceil(tile) * shown.height.div_ceil(tile);
+        let [width, height] = model.tile([shown.width, shown.height]);
+        let tiles = shown.width.div_ceil(width) * shown.height.div_ceil(height);
         asked.check(trace.range(), tiles)?;
     }
     let started = Started::now();

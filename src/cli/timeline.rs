@@ -10,7 +10,6 @@ use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
 use powergs_core::kernel::timeline::Observer;
 use powergs_core::run::FrameOn;
-use powergs_core::workload::FrameWorkload;
 use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
 use powergs_report::timeline::{Picture, Window};
 use powergs_report::{Drawing, charts, format};
@@ -83,7 +82,7 @@ pub fn write(
         }
     };
     if cycles.is_empty() {
-        let n = frame.work.of::<FrameWorkload>().map_or(0, |workload| workload.tiles.len());
+        let n = frame.work.tiles();
         let what = "no unit works on these tiles";
         let what = format!("--timeline: {what}; frame {} has {n} tiles, from 0", asked.frame);
         return Err(Failure::new(Exit::Usage, what));

@@ -75,6 +75,9 @@ pub trait Dataflow: Sync {
         None
     }
 
+    /// Width and height of the tiles of an image, which timelines number row by row, pixels.
+    fn tile(&self, machine: &Machine, image: [u32; 2]) -> [u32; 2];
+
     /// Whether phases of a frame overlap on a machine.
     fn overlaps(&self, machine: &Machine) -> bool;
 
@@ -165,6 +168,9 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
 
     /// Degree of the scene's spherical harmonics: 3 where the trace does not say.
     fn sh_degree(&self) -> ShDegree;
+
+    /// Tiles of the image.
+    fn tiles(&self) -> usize;
 
     /// Bytes in host memory.
     fn bytes(&self) -> usize;

@@ -116,8 +116,10 @@ impl StageDecl {
         &'m self,
         machine: &'m Machine,
     ) -> impl Iterator<Item = (&'static str, f64)> + 'm {
+        // Of machines that have it: the tables of others say nothing of it.
         let own = self.works.iter().map(|work| (work.facts.key, work.a_cycle));
         let all = own.chain(self.also_works.iter().map(|also| (also.key, Some(also.a_cycle))));
+        let all = all.filter(|_| machine.has_stage(self.key));
         all.filter_map(|(key, a_cycle)| Some((key, a_cycle?(machine))))
     }
 }
@@ -678,9 +680,17 @@ const OMITS: [OmitDecl; 2] = [
     ),
 ];
 
-/// What may be doubled: parts of the memory, then what stages declare.
-pub fn doubles() -> impl Iterator<Item = &'static DoubleDecl> {
-    memory::DOUBLES.iter().chain(stages().iter().flat_map(|stage| stage.doubles))
+/// What a machine leaves out.
+pub fn left_out(machine: &Machine) -> impl Iterator<Item = &'static OmitDecl> {
+    let of_stages = machine.flow().stages().iter().flat_map(|stage| stage.omits);
+    let all = memory::OMITS.iter().chain(of_stages).chain(&OMITS);
+    all.filter(|omit| (omit.by)(machine))
+}
+
+/// What may be doubled in a machine: parts of the memory, then what its stages declare.
+pub fn doubles(machine: &Machine) -> impl Iterator<Item = &'static DoubleDecl> {
+    let of_stages = machine.flow().stages().iter().flat_map(|stage| stage.doubles);
+    memory::DOUBLES.iter().chain(of_stages).filter(|double| (double.is_there)(machine))
 }
 
 /// Everything that machines may be built of.

@@ -134,6 +134,10 @@ impl Dataflow for TileWiseFlow {
         machine.tiles().record.numbers
     }
 
+    fn tile(&self, machine: &Machine, _: [u32; 2]) -> [u32; 2] {
+        [machine.tiles().geometry.tile; 2]
+    }
+
     fn overlaps(&self, machine: &Machine) -> bool {
         machine.tiles().schedule.overlap != Overlap::None
     }
@@ -383,6 +387,10 @@ impl Work for FrameWorkload {
 
     fn sh_degree(&self) -> ShDegree {
         self.sh_degree
+    }
+
+    fn tiles(&self) -> usize {
+        self.tiles.len()
     }
 
     fn bytes(&self) -> usize {

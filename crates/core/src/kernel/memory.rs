@@ -218,6 +218,11 @@ impl<'a, L: Layout> Memory<'a, L> {
         Memory { layout, streams, traffic, timer, master, share, calibration, samples, frame: 0 }
     }
 
+    /// Where the data of the frame lies.
+    pub fn layout(&self) -> &L {
+        &self.layout
+    }
+
     /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
     /// which they were issued.
     pub fn keeps_order(&self) -> bool {

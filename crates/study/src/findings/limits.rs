@@ -5,7 +5,7 @@ use crate::run_record::{Experiments, MachineFacts};
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
 use powergs_core::sim::statistics::{Key, Record};
-use powergs_core::stage::{OmitDecl, omissions, stage};
+use powergs_core::stage::{OmitDecl, left_out, omissions, stage};
 use powergs_energy::Component;
 
 pub use powergs_core::stage::Bias;
@@ -32,7 +32,7 @@ impl From<&OmitDecl> for Effect {
 
 /// The effects that runs of a machine leave out.
 pub fn left_out_by(machine: &Machine) -> Vec<Effect> {
-    omissions().filter(|omit| (omit.by)(machine)).map(Effect::from).collect()
+    left_out(machine).map(Effect::from).collect()
 }
 
 /// Everything that is known to be left out.

@@ -62,10 +62,15 @@ impl Roofline {
     /// Peaks of a machine: what its units do at most in a cycle, in operations.
     pub fn of(system: &System) -> Roofline {
         let machine = system.machine();
-        let works: Vec<&WorkDecl> = stages().iter().flat_map(|stage| stage.works).collect();
+        let works: Vec<(&WorkDecl, bool)> = (stages().iter())
+            .flat_map(|stage| stage.works.iter().map(|w| (w, machine.has_stage(stage.key))))
+            .collect();
         let of_work = |key: &str| {
-            let work = works.iter().find(|work| work.facts.key == key);
-            work.map_or(0, |w| w.comparisons.map_or(w.facts.flops, |of| of(machine)))
+            let work = works.iter().find(|(work, _)| work.facts.key == key);
+            work.map_or(0, |(w, has)| match w.comparisons.filter(|_| *has) {
+                Some(of) => of(machine),
+                None => w.facts.flops,
+            })
         };
         let operations = hardware().actions().map(|(_, does)| match does {
             Does::Work(_, work) => of_work(work.key),

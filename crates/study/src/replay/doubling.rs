@@ -34,7 +34,7 @@ impl Doubling {
     /// Doubles every resource of `system`.
     pub(super) fn of(system: &System) -> Doubling {
         let mut all = Doubling::default();
-        for resource in doubles().filter(|double| (double.is_there)(system.machine())) {
+        for resource in doubles(system.machine()) {
             let doubled = changes(system, resource).and_then(|changes| {
                 let sets = changes.iter().map(Change::to_string).collect();
                 Ok((system.with(&changes)?, sets))

@@ -458,7 +458,8 @@ impl Dice {
         }
         if machine.dram.model != DramModel::Bandwidth && self.roll(0, 1) == 0 {
             machine.dram.second_master = SecondMasterSpec {
-                rate: BytesPerSecond(self.pick(&[1e9, 3e9])),
+                // So much that the accelerator gets somewhere.
+                rate: BytesPerSecond(machine.dram_peak().0 * self.pick(&[0.02, 0.1, 0.3])),
                 request: Bytes(self.pick(&[32, 64, 256])),
                 reads: self.pick(&[0.0, 0.5, 1.0]),
                 in_flight: self.pick(&[1, 4, 64]),
