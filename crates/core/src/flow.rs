@@ -59,7 +59,7 @@ pub trait Dataflow: Sync {
     ///
     /// # Errors
     /// Whatever is wrong with them.
-    fn from_table(&self, tables: toml::Table) -> Result<Tables, toml::de::Error>;
+    fn read_plain(&self, tables: toml::Table) -> Result<Tables, toml::de::Error>;
 
     /// Parts that its machines may not have.
     fn optional(&self) -> &'static [Optional];

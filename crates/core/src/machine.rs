@@ -356,7 +356,7 @@ impl Machine {
         let (common, tables): (toml::Table, toml::Table) =
             table.into_iter().partition(|(key, _)| is_common(key));
         let common = CommonKeys::deserialize(toml::Value::Table(common))?;
-        Ok(Machine::of(common, flow.from_table(tables)?))
+        Ok(Machine::of(common, flow.read_plain(tables)?))
     }
 
     /// Its dataflow.

@@ -112,7 +112,7 @@ impl Dataflow for TileWiseFlow {
         TileWise::deserialize(toml::Deserializer::from(tables)).map(Tables::new)
     }
 
-    fn from_table(&self, tables: toml::Table) -> Result<Tables, toml::de::Error> {
+    fn read_plain(&self, tables: toml::Table) -> Result<Tables, toml::de::Error> {
         TileWise::deserialize(toml::Value::Table(tables)).map(Tables::new)
     }
 
