@@ -1,7 +1,7 @@
 //! What hardware can be charged for: actions, how often each happened, and for which stage.
 //!
 //! Units charge actions (counts only); `energy` prices them. Nothing here knows a joule or a cycle,
-//! or which actions there are: stages declare them ([`Hardware`](crate::hardware::Hardware)).
+//! or which actions there are: stages declare them ([`Hardware`]).
 
 use crate::hardware::Hardware;
 use powergs_base::quantity::Bytes;

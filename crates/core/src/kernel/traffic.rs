@@ -12,7 +12,7 @@ pub struct StageTraffic {
 /// DRAM bytes by stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// In the order of [`Phase::WORK`].
+    /// In the order of [`Phase::WORK`](powergs_energy::action::Phase::WORK).
     pub stages: [StageTraffic; 3],
 }
 

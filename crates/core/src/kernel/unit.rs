@@ -4,7 +4,7 @@ use powergs_energy::action::{ActionCounts, StageId};
 
 /// A hardware unit and its built-in timing rule. It keeps no run state: queues, buffers and stalls
 /// belong to the pipeline, so that the same work always costs the same. A
-/// [`UnitRule`](super::rules::UnitRule) replaces the rule of a unit on one machine.
+/// [`UnitRule`](crate::flow::tile_wise::UnitRule) replaces the rule of a unit on one machine.
 pub trait Unit {
     /// One piece of work: a batch, a list, a chunk.
     type Work;

@@ -2,9 +2,9 @@
 //!
 //! A [`UnitRule`] replaces the timing rule, and if it wants the action counts, of one kind of unit:
 //! it says for how many cycles a piece of work occupies the unit, for how many more the banks of
-//! its buffers hold it up, and which actions the work is. [`Machine::rules`](super::Machine::rules)
-//! holds one [`Rule`] for each kind of unit; all are built in unless a program sets them. They are
-//! not part of a machine file.
+//! its buffers hold it up, and which actions the work is.
+//! [`TileWise::rules`](super::TileWise::rules) holds one [`Rule`] for each kind of unit; all are
+//! built in unless a program sets them. They are not part of a machine file.
 //!
 //! | unit | a piece of work | when the rule is asked |
 //! |---|---|---|
