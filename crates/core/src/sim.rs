@@ -25,7 +25,7 @@ pub use report::{CycleReport, FrameReport, Label, ModelReport, PaperReport, Stag
 pub use timed::{Timed, priced, time};
 
 /// Version of the models. Raised whenever the same inputs give other numbers.
-pub const MODEL_VERSION: u32 = 11;
+pub const MODEL_VERSION: u32 = 12;
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -26,6 +26,8 @@ pub trait Agents {
 pub fn drive(all: &mut impl Agents, agents: Range<usize>, start: u64) {
     let mut events = EventQueue::new(&agents, start);
     let mut now = start;
+    // What others have asked of the memory since the last phase goes before what these ask.
+    while start > 0 && all.advance(start).is_some() {}
     while now != NEVER {
         while events.next_cycle() == now {
             let agent = events.next_agent();

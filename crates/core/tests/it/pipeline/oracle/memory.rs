@@ -31,6 +31,8 @@ struct Master {
     ck_fs: u64,
     /// Of each request so far, when it was done, CK.
     done: Vec<Option<u64>>,
+    /// How many requests have said where they are.
+    placed: usize,
 }
 
 /// Bytes of the region of the second master.
@@ -105,6 +107,7 @@ impl<'a> Memory<'a> {
                     base: memory::Layout::end(&layout).next_multiple_of(REGION),
                     ck_fs: fs(device().clock_period.0),
                     done: Vec::new(),
+                    placed: 0,
                 });
                 let device = Banked::new(device());
                 let device = if master.is_some() { device.in_time() } else { device };
@@ -188,13 +191,14 @@ impl<'a> Memory<'a> {
             Kind::Banked(device, spans, master) => {
                 let layout = &self.layout;
                 let until = (now + 1) * cycle / ck;
-                let mut given = None;
                 loop {
                     let arrival = master.as_ref().and_then(Master::arrival);
-                    let mut pieces = |ticket: u32| match (ticket & MASTER, &*master) {
+                    let mut pieces = |ticket: u32| match (ticket & MASTER, &mut *master) {
                         (MASTER, Some(master)) => {
-                            let is_first = given.replace(ticket) != Some(ticket);
-                            is_first.then(|| master.piece((ticket & !MASTER) as usize))
+                            let n = (ticket & !MASTER) as usize;
+                            let is_first = n == master.placed;
+                            master.placed += usize::from(is_first);
+                            is_first.then(|| master.piece(n))
                         }
                         _ => {
                             let (span, cursor) = &mut spans[ticket as usize];
