@@ -48,7 +48,11 @@ fn mistakes(command: &str) -> Vec<String> {
         words.windows(2).filter(|w| w[0] == "--set").map(|w| w[1].clone()).collect();
     let checked = match is_dram {
         true => Device::parse_with(DRAM[0].text, &sets).map(drop),
-        false => Machine::parse_with(MACHINES[0].text, &sets).map(drop),
+        false => {
+            let arch = words.windows(2).find(|w| w[0] == "--arch").map(|w| w[1].as_str());
+            let text = arch.and_then(|name| find(MACHINES, name)).unwrap_or(MACHINES[0].text);
+            Machine::parse_with(text, &sets).map(drop)
+        }
     };
     wrong.extend(checked.err().map(|e| e.to_string()));
     for pair in words.windows(2) {

@@ -15,7 +15,7 @@ pub mod references;
 pub mod schema;
 pub mod suggest;
 
-pub use document::{Config, parse};
+pub use document::{Config, ELSEWHERE, parse};
 pub use embedded::Embedded;
 pub use error::{ConfigError, Place, Problem};
-pub use schema::{KeyDoc, key_docs, schema_of};
+pub use schema::{KeyDoc, key_docs, key_docs_of, schema_of};

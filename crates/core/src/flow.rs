@@ -5,9 +5,12 @@
 //! around it (sessions, sweeps, what-if, sensitivity, the optimiser, Python) works on any of them.
 
 use std::any::{Any, TypeId};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -19,6 +22,8 @@ use crate::machine::{Machine, Optional};
 use crate::stage::{self, RegisterError, StageDecl};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
+use powergs_base::config::embedded::{Embedded, MACHINES};
+use powergs_base::config::schema_of;
 use powergs_base::config::suggest::nearest;
 use powergs_base::number::NumberFormat;
 use powergs_frame::scene::{Eye, ShDegree};
@@ -27,6 +32,7 @@ use powergs_frame::trace::Frame;
 
 mod error;
 mod outcome;
+pub mod resident;
 pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};
@@ -42,33 +48,33 @@ pub trait Dataflow: Sync {
     /// What it is, in one sentence.
     fn means(&self) -> &'static str;
 
+    /// The machine file that comes with the program and shows it.
+    fn example(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The stages that its machines may have, in the order of every report: no stage is of two
     /// dataflows.
     fn stages(&self) -> &'static [&'static StageDecl];
 
-    /// The schema of its tables in a machine file: an object.
-    fn schema(&self) -> Value;
-
-    /// Its tables, from a machine file that has been held against the schema.
-    ///
-    /// # Errors
-    /// Whatever is wrong with them.
-    fn read(&self, tables: Spanned<DeTable<'_>>) -> Result<Tables, toml::de::Error>;
-
-    /// The same from plain values.
-    ///
-    /// # Errors
-    /// Whatever is wrong with them.
-    fn read_plain(&self, tables: toml::Table) -> Result<Tables, toml::de::Error>;
+    /// Its tables in a machine file.
+    fn tables(&self) -> TablesDecl;
 
     /// Parts that its machines may not have.
-    fn optional(&self) -> &'static [Optional];
+    fn optional(&self) -> &'static [Optional] {
+        &[]
+    }
 
     /// Keys of a machine that contradict each other.
-    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction>;
+    fn contradictions(&self, _machine: &Machine) -> Vec<Contradiction> {
+        Vec::new()
+    }
 
     /// Everything in its tables that decides timing, as bytes.
-    fn timing(&self, machine: &Machine) -> Vec<u8>;
+    fn timing(&self, machine: &Machine) -> Vec<u8> {
+        let all = (machine.clock, machine.tables.to_toml());
+        serde_json::to_vec(&all).expect("a machine has only tables, numbers and strings")
+    }
 
     /// The numbers that its units compute with, where the machine says.
     fn numbers(&self, _machine: &Machine) -> Option<NumberFormat> {
@@ -79,25 +85,44 @@ pub trait Dataflow: Sync {
     fn tile(&self, machine: &Machine, image: [u32; 2]) -> [u32; 2];
 
     /// Whether phases of a frame overlap on a machine.
-    fn overlaps(&self, machine: &Machine) -> bool;
+    fn overlaps(&self, _machine: &Machine) -> bool {
+        false
+    }
 
     /// What a machine needs of a frame.
     fn work_key(&self, machine: &Machine) -> WorkKey;
 
-    /// Memory that preparing a frame takes, bytes, at most about so much.
+    /// Memory that preparing a frame takes, bytes, at most about so much. A dataflow whose machines
+    /// need the work of another one leaves that to it, as [`Dataflow::prepare`].
     ///
     /// # Errors
     /// [`Unbinnable`]: more than `budget`, or a frame that cannot be prepared at all.
-    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable>;
+    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
+        assert_ne!(key.flow, self.key(), "a dataflow with work of its own says what it takes");
+        key.dataflow().demand(frame, key, budget)
+    }
 
     /// Prepares a frame for all machines with this key.
-    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work>;
+    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
+        assert_ne!(key.flow, self.key(), "a dataflow with work of its own prepares it");
+        key.dataflow().prepare(frame, key)
+    }
 
     /// Whether the machine can run the frame, and what it has to prepare further fits into memory.
     ///
     /// # Errors
     /// [`Incompatible`].
-    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible>;
+    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
+        let (work, needed) = (task.work.key(), self.work_key(task.machine));
+        if work == needed {
+            return Ok(());
+        }
+        Err(Incompatible::Work {
+            work: work.to_string(),
+            machine: task.machine.name.clone(),
+            needed: needed.to_string(),
+        })
+    }
 
     /// What decides what a machine takes over from the frame before: machines with the same work
     /// and the same number take over the same. `None` where each frame stands alone.
@@ -243,7 +268,7 @@ pub struct FlowDecl {
 }
 
 /// The dataflows of this program.
-pub const FLOWS: [FlowDecl; 1] = [tile_wise::FLOW];
+pub const FLOWS: [FlowDecl; 2] = [tile_wise::FLOW, resident::FLOW];
 
 /// Those from outside of the program.
 static REGISTERED: Mutex<Vec<&'static dyn Dataflow>> = Mutex::new(Vec::new());
@@ -283,6 +308,47 @@ pub fn named(name: &str) -> Result<&'static dyn Dataflow, String> {
         let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
         format!("no dataflow `{name}`{near}: there are {}", names.join(", "))
     })
+}
+
+/// The dataflow whose machines have a table; `None` for what all have.
+pub fn of_table(name: &str) -> Option<&'static dyn Dataflow> {
+    static TABLES: Mutex<BTreeMap<&'static str, Vec<String>>> = Mutex::new(BTreeMap::new());
+    let mut tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);
+    all().find(|flow| {
+        let own = tables.entry(flow.key()).or_insert_with(|| {
+            let keys =
+                (flow.tables().schema)()["properties"].as_object().cloned().unwrap_or_default();
+            keys.into_iter().map(|(key, _)| key).collect()
+        });
+        own.iter().any(|table| table == name)
+    })
+}
+
+/// The machine file that shows a dataflow; `None` where none comes with the program.
+pub fn example(flow: &dyn Dataflow) -> Option<&'static Embedded> {
+    MACHINES.iter().find(|file| Some(file.name) == flow.example())
+}
+
+/// How the tables of a dataflow are described and read.
+#[derive(Debug, Clone, Copy)]
+pub struct TablesDecl {
+    /// Their schema: an object.
+    pub schema: fn() -> Value,
+    /// From a machine file that has been held against the schema.
+    pub read: fn(Spanned<DeTable<'_>>) -> Result<Tables, toml::de::Error>,
+    /// From plain values.
+    pub read_plain: fn(toml::Table) -> Result<Tables, toml::de::Error>,
+}
+
+impl TablesDecl {
+    /// Of tables that are plain data.
+    pub fn of<T: FlowTables + JsonSchema + DeserializeOwned>() -> TablesDecl {
+        TablesDecl {
+            schema: schema_of::<T>,
+            read: |tables| T::deserialize(toml::Deserializer::from(tables)).map(Tables::new),
+            read_plain: |tables| T::deserialize(toml::Value::Table(tables)).map(Tables::new),
+        }
+    }
 }
 
 /// The tables of one dataflow.

@@ -14,7 +14,7 @@ use crate::flow::{self, Dataflow, Tables};
 use crate::stage;
 use powergs_base::config::document::Document;
 use powergs_base::config::embedded::{DRAM, MACHINES};
-use powergs_base::config::{self, ConfigError, layer, schema_of};
+use powergs_base::config::{self, ConfigError, Place, Problem, layer, schema_of};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_dram::Device;
 use powergs_dram::device::Order;
@@ -113,7 +113,7 @@ fn schema(flows: &[&dyn Dataflow]) -> Value {
         .map(|(k, v)| (k.clone(), v.clone()))
         .collect();
     for flow in flows {
-        let own = flow.schema();
+        let own = (flow.tables().schema)();
         for (key, table) in own["properties"].as_object().into_iter().flatten() {
             keys.entry(key.clone()).or_insert_with(|| table.clone());
         }
@@ -128,6 +128,23 @@ fn schema(flows: &[&dyn Dataflow]) -> Value {
     required.sort_by_key(|key| order.iter().position(|known| *known == key));
     schema["properties"] = Value::Object(keys);
     schema["required"] = required.into();
+    if let [flow] = flows {
+        // For those who write a table of another dataflow.
+        let others = flow::all().filter(|other| other.key() != flow.key());
+        let tables = others.flat_map(|other| {
+            let own = (other.tables().schema)();
+            let own = own["properties"].as_object().cloned().unwrap_or_default();
+            own.into_iter().map(|(table, _)| (table, other.key()))
+        });
+        let elsewhere = tables.map(|(table, other)| {
+            let why = format!(
+                "it is of machines with `dataflow = \"{other}\"`, and this one has \"{}\"",
+                flow.key()
+            );
+            (table, Value::String(why))
+        });
+        schema[config::ELSEWHERE] = Value::Object(elsewhere.collect());
+    }
     schema["title"] = "Machine".into();
     schema["description"] =
         "A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits \
@@ -170,7 +187,7 @@ impl Document for Machine {
         }
         let common = toml::Deserializer::from(Spanned::new(span.clone(), common));
         let common = CommonKeys::deserialize(common)?;
-        Ok(Machine::of(common, flow.read(Spanned::new(span, tables))?))
+        Ok(Machine::of(common, (flow.tables().read)(Spanned::new(span, tables))?))
     }
 }
 
@@ -221,6 +238,22 @@ fn together(text: &str, sets: &[String], problems: &[check::Contradiction]) -> V
     Vec::new()
 }
 
+/// The error of a machine whose dataflow was set: it has the tables of the old one.
+fn of_other_flow(error: ConfigError, sets: &[String]) -> ConfigError {
+    let set = sets.iter().rev().find_map(|set| Some((set, set.split_once('=')?)));
+    let Some((set, ("dataflow", name))) = set.map(|(s, (k, v))| (s, (k.trim(), v.trim()))) else {
+        return error;
+    };
+    let Ok(flow) = flow::named(name.trim_matches('"')) else { return error };
+    let file = flow::example(flow).map_or(String::new(), |file| format!(", as `{}`", file.name));
+    let message = format!(
+        "a machine of another dataflow has other tables: take one with `{name}`{file}, in place of \
+         this one"
+    );
+    let place = Place::Set(set.clone());
+    ConfigError::new(vec![Problem { place, key: "dataflow".into(), message }])
+}
+
 impl Machine {
     /// Reads and checks a machine file.
     ///
@@ -236,7 +269,7 @@ impl Machine {
     /// As [`Machine::parse`]; a problem of an overlay names the overlay.
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
         let text = &layer::on_embedded(text, MACHINES)?;
-        let config = config::parse::<Machine>(text, sets)?;
+        let config = config::parse::<Machine>(text, sets).map_err(|e| of_other_flow(e, sets))?;
         let strays = optional::strays(&config);
         if !strays.is_empty() {
             return config.checked(strays);
@@ -356,7 +389,7 @@ impl Machine {
         let (common, tables): (toml::Table, toml::Table) =
             table.into_iter().partition(|(key, _)| is_common(key));
         let common = CommonKeys::deserialize(toml::Value::Table(common))?;
-        Ok(Machine::of(common, flow.read_plain(tables)?))
+        Ok(Machine::of(common, (flow.tables().read_plain)(tables)?))
     }
 
     /// Its dataflow.
@@ -440,7 +473,7 @@ impl Machine {
 impl BufferSpec {
     /// How it is built for so many CCUs or cores: each has its own share, cut into `banks` banks
     /// (A13).
-    pub(crate) fn shared(&self, owners: u32) -> Memory {
+    pub fn shared(&self, owners: u32) -> Memory {
         Memory {
             bank: Bytes(self.capacity.0 / (u64::from(owners) * u64::from(self.banks)).max(1)),
             banks: owners.saturating_mul(self.banks),

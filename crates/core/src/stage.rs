@@ -649,6 +649,7 @@ fn declared(stage: &StageDecl) -> Declared {
             counted_in: stage.counted_in,
         },
         works: stage.works.iter().map(|work| work.facts).collect(),
+        also_works: stage.also_works.iter().map(|also| also.key).collect(),
         buffers: stage.buffers.iter().map(|buffer| buffer.facts).collect(),
         parts: stage.parts.iter().map(|part| part.facts).collect(),
     }

@@ -86,6 +86,8 @@ pub struct Declared {
     pub stage: StageFacts,
     /// Its work.
     pub works: Vec<WorkFacts>,
+    /// Keys of work that it does and another stage declares.
+    pub also_works: Vec<&'static str>,
     /// Its buffers.
     pub buffers: Vec<BufferFacts>,
     /// Its parts.
@@ -136,6 +138,7 @@ pub struct Hardware {
     stages: Vec<StageFacts>,
     buffers: Vec<(StageId, BufferFacts)>,
     parts: Vec<(StageId, PartFacts)>,
+    also_works: Vec<(StageId, &'static str)>,
     actions: Vec<Does>,
 }
 
@@ -152,6 +155,7 @@ impl Hardware {
             stages: Vec::new(),
             buffers: Vec::new(),
             parts: Vec::new(),
+            also_works: Vec::new(),
             actions: Vec::new(),
         };
         all.add(own, true);
@@ -167,6 +171,7 @@ impl Hardware {
             self.stages.push(one.stage);
             self.buffers.extend(one.buffers.iter().map(|buffer| (id(k), *buffer)));
             self.parts.extend(one.parts.iter().map(|part| (id(k), *part)));
+            self.also_works.extend(one.also_works.iter().map(|key| (id(k), *key)));
         }
         let each = || more.iter().enumerate().map(|(k, one)| (id(k), one));
         let units = || each().filter(|(_, one)| one.stage.is_units).map(|(id, _)| id);
@@ -196,6 +201,17 @@ impl Hardware {
     /// The number of an action.
     pub fn action(&self, wanted: impl Fn(Does) -> bool) -> Option<ActionId> {
         self.actions().find(|(_, does)| wanted(*does)).map(|(id, _)| id)
+    }
+
+    /// The stages whose units do some work: the one that declares it, then the others.
+    pub fn doers(&self, declares: StageId, key: &str) -> impl Iterator<Item = StageId> {
+        let others = self.also_works.iter().filter(move |(_, also)| *also == key);
+        std::iter::once(declares).chain(others.map(|(stage, _)| *stage))
+    }
+
+    /// The action with a key, as [`Hardware::key`] writes it.
+    pub fn action_called(&self, key: &str) -> Option<ActionId> {
+        self.actions().map(|(id, _)| id).find(|id| self.key(*id) == key)
     }
 
     /// The key of an action in energy tables (kebab-case) and, with `_`, in outputs: `alpha`,

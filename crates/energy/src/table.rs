@@ -290,12 +290,18 @@ impl<C: Catalogue> EnergyTable<C> {
                     let narrow = narrow(stage, numbers.clock.unwrap_or(1.0));
                     self.cycle_pj(stage)? * grown.size[stage.index()] * narrow * factors.energy
                 }
-                Does::Work(stage, work) if has(stage) => {
-                    let pj = self.work(stage, work)?.map_or(0.0, |p| self.energy_pj(p));
-                    let narrow = narrow(stage, numbers.energy);
-                    pj * grown.energy[stage.index()] * narrow * factors.energy
+                // At the size of the first stage of the machine that does it.
+                Does::Work(declares, work) => {
+                    match hardware.doers(declares, work.key).find(|stage| has(*stage)) {
+                        Some(stage) => {
+                            let pj = self.work(stage, work)?.map_or(0.0, |p| self.energy_pj(p));
+                            let narrow = narrow(stage, numbers.energy);
+                            pj * grown.energy[stage.index()] * narrow * factors.energy
+                        }
+                        None => 0.0,
+                    }
                 }
-                Does::Clock(_) | Does::IdleClock(_) | Does::Work(..) => 0.0,
+                Does::Clock(_) | Does::IdleClock(_) => 0.0,
             })
         };
         let per_action = hardware.actions().map(|(_, does)| one(does)).collect::<Result<_, _>>()?;

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value as Json, json};
 
+use super::csv::shown_of;
 use super::record_of;
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
@@ -21,7 +22,8 @@ pub fn report(run: &Run) -> Json {
     let (facts, record) = (&run.facts, record_of(run));
     let found = bottleneck::of(&record);
     let mattered = limits::mattered(&record, &facts.machine, found.as_ref(), &run.experiments);
-    let row = |frame| self::frame(frame, &statistics::values(frame, facts.display_fps));
+    let shown = shown_of(&record);
+    let row = |frame| self::frame(frame, &statistics::values(frame, facts.display_fps), &shown);
     let frames: Vec<Json> = run.frames.iter().map(row).collect();
     json!({
         "schema_version": SCHEMA_VERSION,
@@ -64,7 +66,7 @@ pub fn report(run: &Run) -> Json {
             "why": super::limits::why(&m.why),
         })).collect::<Vec<_>>(),
         "prices": prices(run),
-        "aggregate": aggregates(&record),
+        "aggregate": aggregates(&record, &shown),
         "frames": frames,
     })
 }
@@ -179,24 +181,24 @@ fn not_modelled(run: &Run) -> Vec<Json> {
     effects.iter().map(entry).collect()
 }
 
-fn frame(frame: &powergs_core::sim::FrameReport, row: &[Option<Value>]) -> Json {
+fn frame(frame: &powergs_core::sim::FrameReport, row: &[Option<Value>], shown: &[usize]) -> Json {
     let mut map = Map::new();
     map.insert("frame".into(), frame.frame.into());
     map.insert("name".into(), frame.name.clone().into());
-    for (statistic, value) in catalogue().iter().zip(row) {
-        nest(&mut map, &statistic.name, value.map_or(Json::Null, number));
+    for &i in shown {
+        nest(&mut map, &catalogue()[i].name, row[i].map_or(Json::Null, number));
     }
     Json::Object(map)
 }
 
-fn aggregates(record: &Record) -> Json {
+fn aggregates(record: &Record, shown: &[usize]) -> Json {
     let mut map = Map::new();
-    for (statistic, aggregate) in catalogue().iter().zip(&record.aggregates) {
-        let value = aggregate.as_ref().map_or(Json::Null, |a| {
+    for &i in shown {
+        let value = record.aggregates[i].as_ref().map_or(Json::Null, |a| {
             let parts = Aggregate::PARTS.iter().zip(a.parts());
             Json::Object(parts.map(|(name, v)| ((*name).to_owned(), number(v))).collect())
         });
-        nest(&mut map, &statistic.name, value);
+        nest(&mut map, &catalogue()[i].name, value);
     }
     Json::Object(map)
 }

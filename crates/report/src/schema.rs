@@ -264,7 +264,11 @@ fn number_type(statistic: &Statistic) -> &'static str {
 fn statistics(leaf: impl Fn(&Statistic) -> Json) -> Map<String, Json> {
     let mut map = Map::new();
     for statistic in catalogue() {
-        insert(&mut map, &statistic.name, leaf(statistic));
+        let mut leaf = leaf(statistic);
+        if !statistic.flows.is_empty() {
+            leaf[FLOWS] = json!(statistic.flows);
+        }
+        insert(&mut map, &statistic.name, leaf);
     }
     map
 }
@@ -280,8 +284,16 @@ fn insert(map: &mut Map<String, Json>, path: &str, value: Json) {
     group["required"] = required(group["properties"].as_object().expect("just filled"));
 }
 
+/// Which dataflows a statistic is of; machines of others do not have it.
+const FLOWS: &str = "x-dataflows";
+
 fn required(properties: &Map<String, Json>) -> Json {
-    properties.keys().cloned().collect::<Vec<_>>().into()
+    let is_own = |value: &Json| {
+        let nothing = |keys: &Json| keys.as_array().is_some_and(Vec::is_empty);
+        value.get(FLOWS).is_some() || value.get("required").is_some_and(nothing)
+    };
+    let all = properties.iter().filter(|(_, value)| !is_own(value)).map(|(name, _)| name.clone());
+    all.collect::<Vec<_>>().into()
 }
 
 fn object(properties: Map<String, Json>, description: &str) -> Json {

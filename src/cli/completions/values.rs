@@ -15,6 +15,7 @@ use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::{choices, leaves};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, schema_of};
+use powergs_core::flow;
 use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
@@ -169,5 +170,5 @@ fn numbers() -> Vec<Described> {
 }
 
 fn results() -> Vec<Described> {
-    columns(&[]).into_iter().map(|column| (column.name, String::new())).collect()
+    columns(&[], flow::DEFAULT).into_iter().map(|column| (column.name, String::new())).collect()
 }

@@ -10,11 +10,10 @@ use powergs_sim::config::references::{cited, is_assumption, is_source, reference
 use powergs_sim::config::{Embedded, KeyDoc, key_docs};
 use powergs_sim::display::Display;
 use powergs_sim::dram::Device;
+use powergs_sim::flow;
 use powergs_sim::machine::Machine;
 use powergs_sim::scene::synth::Preset;
 use powergs_sim::stage::EnergyTable;
-
-use super::gscore;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -48,15 +47,17 @@ fn every_file_of_arch_configs_is_embedded() {
 #[test]
 fn the_readme_documents_every_machine_key_with_its_value() {
     let readme = read("arch-configs/README.md");
-    let values: toml::Value = toml::from_str(gscore()).expect("gscore");
     for doc in key_docs::<Machine>().into_iter().filter(|d| !d.table) {
+        let flow = flow::of_table(doc.path.split('.').next().expect("a key"));
+        let example = flow.and_then(flow::example).unwrap_or(&MACHINES[0]);
+        let values: toml::Value = toml::from_str(&example.complete()).expect(example.name);
         let start = format!("| `{}` | ", doc.path);
         let row = readme.lines().find(|l| l.starts_with(&start));
         let row = row.unwrap_or_else(|| panic!("arch-configs/README.md: no row `{}`", doc.path));
         let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));
         let value = value.map_or("not there".to_owned(), |value| format!("`{value}`"));
-        assert!(row.contains(&format!("| {value} |")), "{row}: gscore has {value}");
-        let buffers = ["buffers.", "binning.pointers.", "binning.combining."];
+        assert!(row.contains(&format!("| {value} |")), "{row}: {} has {value}", example.name);
+        let buffers = ["buffers.", "binning.pointers.", "binning.combining.", "stores."];
         let buffer = buffers.iter().any(|table| doc.path.starts_with(table));
         let first = doc.definition.split(" `").next().unwrap_or("");
         assert!(buffer || row.contains(first.trim()), "{row}\nsays not: {}", doc.definition);
@@ -93,8 +94,9 @@ fn every_key_has_a_definition_and_numbers_have_units() {
 
 #[test]
 fn every_source_resolves_and_every_reference_is_used() {
-    let pages = ["docs/model.md", "docs/model-accel.md", "docs/dram.md"];
-    let model = pages.map(read).concat();
+    let pages = ["model.md", "model-accel.md", "model-resident.md", "dram.md"];
+    let pages = pages.map(|page| format!("docs/{page}"));
+    let model = pages.map(|page| read(&page)).concat();
     let mut used = BTreeSet::new();
     for file in all_files() {
         for source in cited(file.text) {

@@ -15,6 +15,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{ConfigError, PROBLEMS_MAX, Place, Problem};
 use super::schema::schema_of;
+pub use walk::ELSEWHERE;
 use walk::Walk;
 
 mod walk;

@@ -36,7 +36,9 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "edge",
     "flicker",
     "gbu",
+    "gcc",
     "gs-tg",
+    "gsacc",
     "gscore-16core",
     "gscore-neo",
     "gscore-nerarch",
@@ -59,7 +61,9 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "gscore-rtl-45nm",
     "gscore-rtl-7nm",
     "neo-7nm",
-    "paper"
+    "paper",
+    "resident-16nm",
+    "resident-28nm"
 );
 
 /// Display-power presets, the default first.

@@ -67,6 +67,35 @@ fn inside(
     }
 }
 
+/// The names behind `one of a, b, c`, the unit of a key that has names.
+pub fn choices(unit: &str) -> Vec<String> {
+    let names = unit.strip_prefix("one of ").unwrap_or("");
+    names.split(", ").filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+/// Values that are not the one that a key has, as they are written behind `--set key=`. `choices`
+/// are the names that it may have.
+pub fn others(value: &Value, choices: &[String]) -> Vec<Value> {
+    if !choices.is_empty() {
+        let names = choices.iter().filter(|c| Some(c.as_str()) != value.as_str());
+        return names.map(|c| c.as_str().into()).collect();
+    }
+    match value {
+        Value::Boolean(b) => return vec![Value::Boolean(!b)],
+        Value::Integer(0) => return vec![Value::Integer(3), Value::Integer(1000)],
+        Value::Float(x) if *x == 0.0 => return vec![Value::Float(0.5)],
+        Value::String(text) if text.starts_with("0 ") => {
+            return vec![match text.as_str() {
+                "0 B" => "16 KiB".into(),
+                "0 B/s" => "5 GB/s".into(),
+                _ => text.replace("0 ", "50 ").into(),
+            }];
+        }
+        _ => {}
+    }
+    [2.0, 0.5].into_iter().filter_map(|factor| scaled(value, factor)).collect()
+}
+
 /// Every value at `path`, in the order of the file.
 pub fn values(table: &Table, path: &str) -> Vec<Value> {
     let mut found = Vec::new();

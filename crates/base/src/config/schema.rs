@@ -49,9 +49,21 @@ pub fn schema_with_base<T: JsonSchema>() -> Value {
 
 /// Every key of `T` in the order of its declaration, tables before their keys.
 pub fn key_docs<T: JsonSchema>() -> Vec<KeyDoc> {
+    key_docs_of(&schema_of::<T>())
+}
+
+/// Every key of a schema in the order of its declaration, tables before their keys.
+pub fn key_docs_of(schema: &Value) -> Vec<KeyDoc> {
     let mut docs = Vec::new();
-    collect(&schema_of::<T>(), "", &mut docs);
+    collect(schema, "", &mut docs);
     docs
+}
+
+impl KeyDoc {
+    /// The names that it may have; none where its values are no names.
+    pub fn choices(&self) -> Vec<String> {
+        super::knob::choices(&self.unit)
+    }
 }
 
 fn collect(schema: &Value, prefix: &str, docs: &mut Vec<KeyDoc>) {

@@ -31,6 +31,28 @@ pub struct FlowOutcome {
     pub fovea: Option<Foveal<RegionWork>>,
 }
 
+impl FlowOutcome {
+    /// Of a plain frame on a machine without a cache, whose pixels all need `evaluations`.
+    pub fn plain(
+        timing: FrameTiming,
+        actions: ActionCounts,
+        served: Traffic,
+        evaluations: u64,
+    ) -> FlowOutcome {
+        FlowOutcome {
+            timing,
+            actions,
+            served,
+            unwritten_bytes: 0,
+            executed_evaluations: evaluations,
+            live_evaluations: evaluations,
+            lists: None,
+            cache: None,
+            fovea: None,
+        }
+    }
+}
+
 /// The work of one region of a foveated frame.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RegionWork {

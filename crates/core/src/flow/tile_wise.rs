@@ -29,14 +29,9 @@ pub mod vru;
 
 use std::sync::Arc;
 
-use serde::Deserialize;
-use serde_json::Value;
-use toml::Spanned;
-use toml::de::DeTable;
-
 use super::{
     CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
-    History, Incompatible, ListOrder, RegionWork, SimError, Tables, Work, WorkKey,
+    History, Incompatible, ListOrder, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
@@ -50,7 +45,6 @@ use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
 use crate::workload::{FrameWorkload, Geometry, bin};
 use powergs_base::budget::Budget;
-use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
 use powergs_energy::action::ActionCounts;
 use powergs_frame::fovea::LEVELS;
@@ -100,20 +94,16 @@ impl Dataflow for TileWiseFlow {
         "a list for each tile of the Gaussians that touch it, sorted by depth, blended tile by tile"
     }
 
+    fn example(&self) -> Option<&'static str> {
+        Some("gscore")
+    }
+
     fn stages(&self) -> &'static [&'static StageDecl] {
         FLOW.stages
     }
 
-    fn schema(&self) -> Value {
-        schema_of::<TileWise>()
-    }
-
-    fn read(&self, tables: Spanned<DeTable<'_>>) -> Result<Tables, toml::de::Error> {
-        TileWise::deserialize(toml::Deserializer::from(tables)).map(Tables::new)
-    }
-
-    fn read_plain(&self, tables: toml::Table) -> Result<Tables, toml::de::Error> {
-        TileWise::deserialize(toml::Value::Table(tables)).map(Tables::new)
+    fn tables(&self) -> TablesDecl {
+        TablesDecl::of::<TileWise>()
     }
 
     fn optional(&self) -> &'static [Optional] {

@@ -12,7 +12,8 @@ pub trait Agents {
     /// than `now`, or [`NEVER`].
     fn step(&mut self, agent: usize, now: u64) -> u64;
 
-    /// Agents with higher numbers that what just happened lets act in the same cycle.
+    /// Agents that what just happened lets act: those behind it in the same cycle, those before it
+    /// in the next.
     fn woken(&mut self) -> Option<Range<usize>> {
         None
     }
@@ -35,7 +36,9 @@ pub fn drive(all: &mut impl Agents, agents: Range<usize>, start: u64) {
             debug_assert!(wake > now, "no event after cycle {now}");
             events.set(agent, wake);
             if let Some(woken) = all.woken() {
-                (woken.start..woken.end.min(agents.end)).for_each(|agent| events.set(agent, now));
+                for other in woken.start..woken.end.min(agents.end) {
+                    events.wake_by(other, now + u64::from(other <= agent));
+                }
             }
         }
         while let Some((cycle, owner)) = all.advance(events.next_cycle()) {

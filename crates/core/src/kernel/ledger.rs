@@ -44,6 +44,33 @@ impl Ledger {
     }
 }
 
+/// The account of a unit that says, whenever it acts, in which state it is from then on.
+#[derive(Debug, Clone)]
+pub struct Account {
+    /// What is booked.
+    pub ledger: Ledger,
+    state: State,
+    since: u64,
+}
+
+impl Account {
+    /// A unit, and which of its kind: without work from cycle 0 on.
+    pub fn new(unit: StageId, instance: u32) -> Account {
+        Account { ledger: Ledger::new(unit, instance), state: State::Idle, since: 0 }
+    }
+
+    /// Books the cycles up to `now`.
+    pub fn up_to(&mut self, now: u64, observer: &mut impl Observer) {
+        self.ledger.book(self.state, self.since, now, observer);
+        self.since = self.since.max(now);
+    }
+
+    /// Says how it is from the last booked cycle on.
+    pub fn is(&mut self, state: State) {
+        self.state = state;
+    }
+}
+
 /// Sums the ledgers of gangs of `gang` units each.
 pub fn cycles<'a>(
     unit: StageId,

@@ -80,6 +80,26 @@ pub trait Layout {
     fn end(&self) -> u64;
 }
 
+/// A frame whose requests are one range of bytes each: address and length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ranges {
+    /// First byte behind all of them.
+    pub end: u64,
+}
+
+impl Layout for Ranges {
+    type Pattern = [u64; 2];
+
+    fn piece(&self, [address, bytes]: &[u64; 2], cursor: &mut u64) -> Option<AddressRange> {
+        *cursor += 1;
+        (*cursor == 1).then_some(AddressRange { address: *address, bytes: *bytes })
+    }
+
+    fn end(&self) -> u64 {
+        self.end
+    }
+}
+
 /// The memory of one frame.
 pub struct Memory<'a, L: Layout> {
     layout: L,

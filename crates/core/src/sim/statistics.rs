@@ -17,6 +17,7 @@ pub use record::{Record, UnitPart};
 use std::sync::LazyLock;
 
 use super::FrameReport;
+use crate::flow;
 
 /// A measured value. Counts stay integers up to the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +85,8 @@ pub struct Statistic {
     pub kind: Kind,
     /// How frames count in its mean.
     pub weight: Weight,
+    /// The dataflows whose machines may have it; empty where all may.
+    pub flows: Vec<&'static str>,
     read: Read,
 }
 
@@ -105,6 +108,19 @@ impl std::fmt::Debug for Statistic {
 pub fn catalogue() -> &'static [Statistic] {
     static CATALOGUE: LazyLock<Vec<Statistic>> = LazyLock::new(entries::all);
     &CATALOGUE
+}
+
+/// The places in [`catalogue`] of what machines may have that have values of these: what is of
+/// every dataflow, and of theirs. Without any values of units they are of the default dataflow.
+pub fn shown(has: impl Fn(usize) -> bool) -> Vec<usize> {
+    let with_units = catalogue().iter().enumerate();
+    let with_units = with_units.filter(|(i, s)| s.name.starts_with("units.") && has(*i));
+    let mut flows: Vec<&str> = with_units.flat_map(|(_, s)| s.flows.iter().copied()).collect();
+    if flows.is_empty() {
+        flows.push(flow::DEFAULT);
+    }
+    let is_shown = |s: &Statistic| s.flows.is_empty() || s.flows.iter().any(|f| flows.contains(f));
+    (0..catalogue().len()).filter(|&i| is_shown(&catalogue()[i])).collect()
 }
 
 /// The statistic called `name`.

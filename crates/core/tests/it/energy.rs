@@ -3,6 +3,7 @@
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
+use powergs_core::flow;
 use powergs_core::flow::FrameTask;
 use powergs_core::flow::tile_wise::replay;
 use powergs_core::flow::tile_wise::{BinningMethod, FeatureSource};
@@ -15,7 +16,7 @@ use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, check, cost, priced, simulate, time,
 };
 use powergs_core::stage::EnergyTable;
-use powergs_core::stage::{DRAM_READ, DRAM_WRITE, hardware};
+use powergs_core::stage::{DRAM_READ, DRAM_WRITE, hardware, stages};
 use powergs_core::workload::FrameWorkload;
 use powergs_dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_energy::action::{ActionCounts, Phase};
@@ -68,6 +69,48 @@ pub const UNLIKE: [&str; 19] = [
     "record.feature-source=nobody",
     "vru.colour-operations-per-cycle=133",
 ];
+
+/// The same of a machine with resident pixels, which has everything.
+const UNLIKE_RESIDENT: [&str; 11] = [
+    "clock=500 MHz",
+    "dram.channels=1",
+    "region.slices=1",
+    "tail.share=0.25",
+    "tail.lanes=2",
+    r#"stores.tail={ capacity = "32 KiB", word = "64 B", banks = 1, ports = "1rw" }"#,
+    "compose.lanes=8",
+    "front.operations-per-cycle=32",
+    "order.ways=4",
+    "raster.lanes=8",
+    "raster.engines=2",
+];
+
+/// Machines of every dataflow that have another amount of everything than the one that prices are
+/// for, on the flat memory, and `more` where they have such keys; those that a table has the prices
+/// for.
+pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
+    let all = [("gscore", &UNLIKE[..]), ("vorion", &UNLIKE_RESIDENT[..])];
+    assert_eq!(all.len(), flow::all().count(), "one of each dataflow");
+    let all = all.iter().map(|(name, sets)| {
+        let mut sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        sets.push("dram.model=bandwidth".to_owned());
+        if table.name.contains("rtl") {
+            // Its netlists reach that above the lowest voltage.
+            sets.push(format!("clock={} MHz", if table.name.contains("45") { 120 } else { 300 }));
+        }
+        let text = find(MACHINES, name).unwrap();
+        Machine::parse_with(text, &sets).unwrap();
+        sets.extend_from_slice(more);
+        Machine::parse_with(text, &sets).ok()
+    });
+    let known = |machine: &Machine| {
+        let priced = stages().iter().filter(|stage| machine.has_stage(stage.key));
+        priced
+            .filter(|s| s.units.is_some() && s.counted_in.is_none())
+            .all(|stage| table.leakage.contains_key(stage.key))
+    };
+    all.flatten().filter(known).collect()
+}
 
 /// Prices of commands, no two of them alike.
 fn commands() -> Prices {

@@ -38,13 +38,19 @@ pub(super) fn problems<C: Catalogue>(table: &EnergyTable<C>) -> Found {
 fn whole<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let hardware = C::hardware();
     for (id, unit) in hardware.units().filter(|(_, unit)| unit.counted_in.is_none()) {
-        let works = hardware.actions().filter_map(|(_, does)| match does {
-            Does::Work(stage, work) if stage == id && work.unpriced == Unpriced::Never => {
-                Some((table.actions.contains_key(work.key), "actions", work.key))
-            }
-            _ => None,
-        });
-        let mut keys: Vec<(bool, &str, &str)> = works.collect();
+        let works = |is_own: bool| {
+            hardware.actions().filter_map(move |(_, does)| match does {
+                Does::Work(stage, work)
+                    if work.unpriced == Unpriced::Never
+                        && (stage == id) == is_own
+                        && hardware.doers(stage, work.key).any(|doer| doer == id) =>
+                {
+                    Some((table.actions.contains_key(work.key), "actions", work.key))
+                }
+                _ => None,
+            })
+        };
+        let mut keys: Vec<(bool, &str, &str)> = works(true).collect();
         keys.push((table.leakage.contains_key(unit.key), "leakage", unit.key));
         if let Some(area) = &table.area {
             keys.push((area.units.contains_key(unit.key), "area", unit.key));
@@ -53,7 +59,8 @@ fn whole<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
             keys.push((clock.contains_key(unit.key), "clock", unit.key));
         }
         if keys.iter().any(|(is_there, ..)| *is_there) {
-            for (_, at, key) in keys.into_iter().filter(|(is_there, ..)| !is_there) {
+            let all = keys.into_iter().chain(works(false));
+            for (_, at, key) in all.filter(|(is_there, ..)| !is_there) {
                 let message = format!(
                     "missing key `{key}` in [{at}]: the table has other prices of the {}",
                     unit.words

@@ -8,7 +8,7 @@ use crate::ReportError;
 use crate::document::{Cell, Column, Table};
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_core::sim::statistics::catalogue;
+use powergs_core::sim::statistics::{catalogue, shown};
 use powergs_study::findings::bottleneck;
 use powergs_study::findings::compare::{Better, Comparison, Side};
 use powergs_study::run_record::SCHEMA_VERSION;
@@ -57,9 +57,8 @@ pub fn json(comparison: &Comparison) -> Json {
         })
         .collect();
     let mut statistics = Map::new();
-    for (i, statistic) in catalogue().iter().enumerate() {
-        let values = means(comparison, i);
-        statistics.insert(statistic.name.clone(), json!(values));
+    for i in shown_of(comparison) {
+        statistics.insert(catalogue()[i].name.clone(), json!(means(comparison, i)));
     }
     json!({
         "schema_version": SCHEMA_VERSION,
@@ -109,9 +108,14 @@ fn csv_rows(table: &mut Table, comparison: &Comparison, first: &[Cell]) {
     for m in &comparison.rows {
         row("measure", m.measure.name(), &m.values);
     }
-    for (i, statistic) in catalogue().iter().enumerate() {
-        row("mean", &statistic.name, &means(comparison, i));
+    for i in shown_of(comparison) {
+        row("mean", &catalogue()[i].name, &means(comparison, i));
     }
+}
+
+/// What one of the sides may have, by places in the catalogue.
+fn shown_of(comparison: &Comparison) -> Vec<usize> {
+    shown(|i| comparison.sides.iter().any(|side| side.statistics.aggregates[i].is_some()))
 }
 
 /// Means of a statistic, by its place in the catalogue; one a side.

@@ -6,6 +6,7 @@ use powergs_base::config::Embedded;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::references::{cited, references};
 use powergs_base::config::{KeyDoc, key_docs};
+use powergs_core::flow;
 use powergs_core::machine::Machine;
 use powergs_core::sim::statistics;
 use powergs_core::stage::{EnergyTable, Stall, hardware, stage};
@@ -95,7 +96,7 @@ pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
     };
     all.extend(statistics::catalogue().iter().map(statistic));
     all.extend(columns(&all));
-    keys("key of machine files", key_docs::<Machine>(), &MACHINES[0], &mut all);
+    keys_of_machines(&mut all);
     let first = all.len();
     keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
     for entry in &mut all[first..] {
@@ -185,6 +186,20 @@ fn sources() -> Vec<Entry> {
         Entry::new(FILE, file.name, "", text)
     });
     references().iter().map(entry).chain(described).collect()
+}
+
+/// Keys of machine files, each with its value in the first file that has such a key.
+fn keys_of_machines(all: &mut Vec<Entry>) {
+    let mut docs = key_docs::<Machine>();
+    let flow_of = |doc: &KeyDoc| flow::of_table(doc.path.split(['.', '[']).next().unwrap_or(""));
+    while !docs.is_empty() {
+        let flow = flow_of(&docs[0]).map(|flow| flow.key());
+        let is_same = |doc: &KeyDoc| flow_of(doc).map(|flow| flow.key()) == flow;
+        let count = docs.iter().take_while(|doc| is_same(doc)).count();
+        let example = flow.and_then(|key| flow::example(flow::named(key).ok()?));
+        let own = docs.drain(..count).collect();
+        keys("key of machine files", own, example.unwrap_or(&MACHINES[0]), all);
+    }
 }
 
 fn keys(kind: &'static str, docs: Vec<KeyDoc>, example: &Embedded, all: &mut Vec<Entry>) {

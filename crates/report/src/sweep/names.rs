@@ -1,12 +1,17 @@
 //! Short names of axes for the heads of tables.
 
+use powergs_core::flow;
 use powergs_study::sweep::key::Key;
 
 /// For every name the shortest end of it that only it has, among the others and among all keys of
-/// all files: `sorting.capacity` for `buffers.sorting.capacity`. An end that another one begins
-/// with (`units` beside `units-per-core`) is too short.
+/// all files, machines of other dataflows left out: `sorting.capacity` for
+/// `buffers.sorting.capacity`. An end that another one begins with (`units` beside
+/// `units-per-core`) is too short.
 pub fn short(names: &[&str]) -> Vec<String> {
-    let mut others: Vec<&str> = Key::all().collect();
+    let flow_of = |name: &str| Some(flow::of_table(name.split('.').next()?)?.key());
+    let flows: Vec<&str> = names.iter().filter_map(|name| flow_of(name)).collect();
+    let is_near = |name: &&str| flow_of(name).is_none_or(|flow| flows.contains(&flow));
+    let mut others: Vec<&str> = Key::all().filter(is_near).collect();
     others.extend(names);
     let one = |name: &&str| {
         ends(name).find(|end| is_clear(end, name, &others)).unwrap_or(name).to_owned()

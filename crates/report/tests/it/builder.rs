@@ -34,9 +34,13 @@ pub fn area_of(rest: SquareMillimetres) -> Area {
 
 fn area() -> Area {
     let mm2 = SquareMillimetres;
+    // Those of other dataflows have none.
+    let all = |own: &[f64], count: usize| {
+        (0..count).map(|i| mm2(own.get(i).copied().unwrap_or_default())).collect()
+    };
     Area {
-        units: [0.68, 0.002, 0.05, 1.5, 0.0].map(mm2).into(),
-        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0, 0.0].map(mm2).into(),
+        units: all(&[0.68, 0.002, 0.05, 1.5], hardware().units().count()),
+        buffers: all(&[0.06, 0.15, 0.29, 0.64, 0.09], hardware().buffers().count()),
         rest: mm2(0.35),
         phy: mm2(8.0),
         controllers: mm2(0.8),

@@ -23,6 +23,7 @@ fn assumptions_of_the_limits_are_documented() {
     let docs = [
         include_str!("../../../../docs/model.md"),
         include_str!("../../../../docs/model-accel.md"),
+        include_str!("../../../../docs/model-resident.md"),
     ];
     for effect in not_modelled() {
         let number = effect.assumption;
@@ -39,7 +40,7 @@ fn schema_is_up_to_date() {
 
 #[test]
 fn csv_header() {
-    expect_file!["csv_header.txt"].assert_eq(&(csv::header().join("\n") + "\n"));
+    expect_file!["csv_header.txt"].assert_eq(&(csv::header(&builder::garden()).join("\n") + "\n"));
 }
 
 #[test]
@@ -85,7 +86,7 @@ fn run_toml() {
         # What this report was made from. The command that was typed: invocation.toml.
         schema-version = 3
         tool-version = "0.1.0"
-        model-version = 11
+        model-version = 12
         model = "cycle"
         display-fps = 60.0
         incomplete = false

@@ -18,10 +18,17 @@ pub struct Metric {
     pub unit: &'static str,
     /// What it says.
     pub definition: String,
+    /// The dataflows whose machines may have it; empty where all may.
+    flows: Vec<&'static str>,
     make: Make,
 }
 
 impl Metric {
+    /// Whether machines of a dataflow may have it.
+    pub fn is_of(&self, flow: &str) -> bool {
+        self.flows.is_empty() || self.flows.contains(&flow)
+    }
+
     /// Whether it is a frame rate, of which less is worse.
     pub fn is_rate(&self) -> bool {
         self.unit == "1/s"
@@ -128,6 +135,7 @@ fn all() -> Vec<Metric> {
         name: "frames".into(),
         unit: "1",
         definition: "Frames that were simulated.".into(),
+        flows: Vec::new(),
         make: Make::Frames,
     }];
     for s in means() {
@@ -138,7 +146,7 @@ fn all() -> Vec<Metric> {
         };
         let definition = format!("Mean over the frames: {}", s.definition);
         let make = Make::Mean(place(&s.name).expect("a mean"));
-        list.push(Metric { name, unit: s.unit, definition, make });
+        list.push(Metric { name, unit: s.unit, definition, flows: s.flows.clone(), make });
         if let Some(sample) = SAMPLED.iter().position(|name| *name == s.name) {
             quantiles(&mut list, sample);
         }
@@ -168,12 +176,14 @@ fn quantiles(list: &mut Vec<Metric>, sample: usize) {
             ),
         };
         let name = format!("{}.{ending}", s.name.trim_end_matches(".total"));
-        list.push(Metric { name, unit: s.unit, definition, make: Make::Quantile(sample, percent) });
+        let make = Make::Quantile(sample, percent);
+        list.push(Metric { name, unit: s.unit, definition, flows: s.flows.clone(), make });
     }
 }
 
 fn of(name: &str, unit: &'static str, definition: &str, function: OfOthers) -> Metric {
-    Metric { name: name.into(), unit, definition: definition.into(), make: Make::Of(function) }
+    let (name, definition) = (name.into(), definition.into());
+    Metric { name, unit, definition, flows: Vec::new(), make: Make::Of(function) }
 }
 
 fn fps(list: &mut Vec<Metric>) {

@@ -5,12 +5,13 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
+use powergs_core::flow;
 use powergs_core::sim::statistics::{Statistic, Value, catalogue, find};
 use powergs_core::sim::{FrameReport, Periods};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub(crate) const OUTCOME_VERSION: u32 = 5;
+pub(crate) const OUTCOME_VERSION: u32 = 6;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
@@ -49,7 +50,13 @@ const MEANS: [&str; 26] = [
 /// The statistics of which means are kept, in the order of the catalogue.
 pub fn means() -> &'static [&'static Statistic] {
     static LIST: LazyLock<Vec<&'static Statistic>> = LazyLock::new(|| {
-        let wanted = |s: &&Statistic| MEANS.iter().any(|pattern| fits(&s.name, pattern));
+        // Of the units of other dataflows the shares of their cycles.
+        let is_share = |s: &Statistic| {
+            let is_default = s.flows.is_empty() || s.flows.contains(&flow::DEFAULT);
+            !is_default && s.name.starts_with("units.") && s.name.ends_with("_frac")
+        };
+        let wanted =
+            |s: &&Statistic| MEANS.iter().any(|pattern| fits(&s.name, pattern)) || is_share(s);
         catalogue().iter().filter(wanted).collect()
     });
     &LIST

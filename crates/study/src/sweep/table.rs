@@ -116,10 +116,10 @@ pub const LAST: [(&str, &str, &str); 3] = [
     ("sram_capacity_bytes", "B", "Bytes of all buffers and the cache."),
 ];
 
-/// All columns of a sweep with these axes.
-pub fn columns(axes: &[Column]) -> Vec<Column> {
+/// All columns of a sweep with these axes over machines of a dataflow.
+pub fn columns(axes: &[Column], flow: &str) -> Vec<Column> {
     let first = FIRST.iter().map(|&(name, kind, _)| Column { name: name.into(), kind });
-    let last = metrics().iter().map(|m| Column {
+    let last = metrics().iter().filter(|m| m.is_of(flow)).map(|m| Column {
         name: m.name.clone(),
         kind: if m.name == "frames" { ColumnKind::Integer } else { ColumnKind::Real },
     });
@@ -136,6 +136,8 @@ pub struct TableEntry {
     pub id: Option<u128>,
     /// The model of the DRAM that its results are of; empty if it is no machine.
     pub model: &'static str,
+    /// The dataflow of the machines.
+    pub flow: &'static str,
     /// Its cells in the columns of the axes.
     pub axes: Vec<Cell>,
     /// What is known of it before it is simulated under each energy table; none if it is no
@@ -278,7 +280,8 @@ fn row(
     ];
     row.extend(entry.axes.iter().cloned());
     let values = values.unwrap_or_else(|| vec![None; metrics().len()]);
-    row.extend(metrics().iter().zip(values).map(|(metric, value)| match value {
+    let own = metrics().iter().zip(values).filter(|(metric, _)| metric.is_of(entry.flow));
+    row.extend(own.map(|(metric, value)| match value {
         None => Cell::Empty,
         Some(frames) if metric.name == "frames" => Cell::Integer(frames as i64),
         Some(x) => Cell::Real(x),

@@ -264,12 +264,12 @@ fn the_baseline_keeps_what_was_not_measured() {
 }
 
 #[test]
-fn a_quick_run_has_areas_powers_lego_and_tt() {
+fn a_quick_run_has_areas_powers_and_small_scenes() {
     let tables = Tables::embedded();
     let quick: Vec<&Row> = tables.rows.iter().filter(|row| tables.is_quick(row)).collect();
     assert!(quick.len() > 10 && quick.len() < tables.rows.len());
     for row in quick {
-        let is_small = |name: &String| ["lego", "tt"].contains(&name.as_str());
+        let is_small = |name: &String| ["lego", "tt", "train"].contains(&name.as_str());
         assert!(row.workloads.iter().all(is_small), "{}", row.id);
     }
 }

@@ -13,6 +13,9 @@ use crate::config::layer;
 use crate::config::schema::{self, choices, definition, join, list_item};
 use crate::config::suggest::nearest;
 
+/// Where the schema of a table says of what other files some keys are.
+pub const ELSEWHERE: &str = "x-elsewhere";
+
 /// The longest part of an unknown key that is shown, characters.
 const NAME_MAX: usize = 60;
 
@@ -116,9 +119,12 @@ impl<'a> Walk<'a> {
             let docs = schema::all_keys(self.root);
             docs.into_iter().find(|d| d.rsplit('.').next() == Some(name))
         };
-        let hint = match near {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => match elsewhere() {
+        let of_others = schema.get(ELSEWHERE).and_then(|tables| tables.get(name)?.as_str());
+        let near = near.filter(|_| of_others.is_none());
+        let hint = match (of_others, near) {
+            (Some(why), _) => why.to_owned(),
+            (None, Some(near)) => format!("did you mean `{near}`?"),
+            (None, None) => match elsewhere() {
                 Some(other) => format!("did you mean `{other}`?"),
                 None => format!("known keys: {}", siblings.join(", ")),
             },

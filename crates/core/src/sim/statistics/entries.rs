@@ -7,8 +7,10 @@ mod machine;
 mod memory;
 
 use super::{Key, Kind, Statistic, Value, Weight};
+use crate::flow::{self, Dataflow};
 use crate::sim::{FrameReport, StageBytes};
-use powergs_energy::action::Phase;
+use crate::stage::stage;
+use powergs_energy::action::{Phase, StageId};
 use powergs_frame::splat::Counters;
 
 pub(super) fn all() -> Vec<Statistic> {
@@ -46,6 +48,7 @@ fn count(
         definition: definition.into(),
         kind: Kind::Count,
         weight: Weight::Frame,
+        flows: Vec::new(),
         read: Box::new(move |frame, _| read(frame).map(Value::Count)),
     });
 }
@@ -76,10 +79,19 @@ fn weighted(
         definition: definition.into(),
         kind: Kind::Real,
         weight,
+        flows: Vec::new(),
         read: Box::new(move |frame, fps| {
             read(frame, fps).filter(|x| x.is_finite()).map(Value::Real)
         }),
     });
+}
+
+/// Says that statistics are of machines of the dataflows that have one of these stages.
+fn of_stages(statistics: &mut [Statistic], stages: impl IntoIterator<Item = StageId>) {
+    let keys: Vec<&str> = stages.into_iter().map(|id| stage(id).key).collect();
+    let has = |flow: &&'static dyn Dataflow| flow.stages().iter().any(|s| keys.contains(&s.key));
+    let flows: Vec<&str> = flow::all().filter(has).map(|flow| flow.key()).collect();
+    statistics.iter_mut().for_each(|statistic| statistic.flows.clone_from(&flows));
 }
 
 fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
@@ -119,6 +131,7 @@ fn time(list: &mut List) {
             .into(),
         kind: Kind::Count,
         weight: Weight::Frame,
+        flows: Vec::new(),
         read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
     });
     count(list, Key::FrameCycles, "cycles", "Length of the frame in clock cycles.", |f| {

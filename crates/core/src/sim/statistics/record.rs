@@ -1,7 +1,7 @@
 //! The record of a run: what the catalogue says of it. Conclusions, pages and comparisons ask it
 //! by [`Key`]; it is the same whether the frames were just simulated or are those of a report.
 
-use super::{Aggregate, Key, Statistic, catalogue};
+use super::{Aggregate, Key, Statistic, catalogue, shown};
 use crate::sim::FrameReport;
 use crate::stage::{From, Stall, hardware, stage};
 use powergs_energy::action::StageId;
@@ -65,7 +65,12 @@ impl Record {
             let value = |f| (s.of(f, display_fps), s.weight.of(f, display_fps));
             Aggregate::weighted(frames.iter().map(value))
         };
-        let aggregates = catalogue().iter().map(aggregate).collect();
+        let mut aggregates: Vec<_> = catalogue().iter().map(aggregate).collect();
+        // What machines of this dataflow cannot have is not there, and not zero.
+        let shown = shown(|i| aggregates[i].is_some());
+        for (i, aggregate) in aggregates.iter_mut().enumerate() {
+            *aggregate = aggregate.take().filter(|_| shown.binary_search(&i).is_ok());
+        }
         let record = Record { display_fps, frames: frames.len() as u64, aggregates };
         (!frames.is_empty()).then_some(record)
     }

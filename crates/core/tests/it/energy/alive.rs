@@ -1,8 +1,7 @@
 //! Every price of every table moves an output: the energy of a frame in which everything happens,
 //! the area, or the PHY.
 
-use powergs_base::config::embedded::{ENERGY, MACHINES, find};
-use powergs_base::quantity::Hertz;
+use powergs_base::config::embedded::{ENERGY, find};
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
@@ -13,32 +12,33 @@ use powergs_energy::Activity;
 use powergs_energy::action::{ActionCounts, Phase};
 use toml::Value;
 
-use super::UNLIKE;
+use super::unlike;
 
 /// Energy of a frame with some of everything, pJ, area, mm², and the PHY: where commands of the
 /// memory are counted, and where its bytes are.
 fn outputs(text: &str) -> Vec<(f64, f64)> {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
-    let sets = UNLIKE.map(str::to_owned);
-    let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
-    if table.name.contains("rtl") {
-        // Its netlists reach that above the lowest voltage.
-        machine.clock = Hertz(if table.name.contains("45") { 120e6 } else { 300e6 });
-    }
     let mut actions = ActionCounts::default();
     for (action, _) in hardware().actions() {
         actions.charge(Phase::Rendering, action, 1_000_000);
     }
     let stage = StageCommands { reads: 1000, writes: 1000, activates: 1000 };
     let dram = Some(DramCommands { stages: [stage; 3], refreshes: 10, ..DramCommands::default() });
-    let activity = Activity { actions: &actions, seconds: 1e-3, idle: &[0.5; 5], dram };
-    let of = |model| {
-        machine.dram.model = model;
-        let prices = cost::prices(&table, &machine).unwrap();
-        let area = prices.area.as_ref().map_or(0.0, |a| a.total().0);
-        (prices.breakdown(&activity).total().0, area)
+    let activity = Activity {
+        actions: &actions,
+        seconds: 1e-3,
+        idle: &vec![0.5; hardware().units().count()],
+        dram,
     };
-    [DramModel::Banked, DramModel::Bandwidth].map(of).to_vec()
+    let of = |mut machine: Machine| {
+        [DramModel::Banked, DramModel::Bandwidth].map(|model| {
+            machine.dram.model = model;
+            let prices = cost::prices(&table, &machine).unwrap();
+            let area = prices.area.as_ref().map_or(0.0, |a| a.total().0);
+            (prices.breakdown(&activity).total().0, area)
+        })
+    };
+    unlike(&table, &[]).into_iter().flat_map(of).collect()
 }
 
 /// Every number in a table with its path, half as large again; shares, which have a limit, half.

@@ -13,8 +13,8 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use toml::{Table, Value};
 
+use super::Verdict;
 use super::inert::list;
-use super::{Verdict, choices, others};
 
 /// Text for people.
 const TEXT: [&str; 4] = ["name", "description", "organisation.width", "organisation.beats"];
@@ -75,9 +75,9 @@ fn dead_keys(file: &Embedded, accesses: &[Access]) -> Vec<String> {
     let is_dead = |key: &str, (base, values): &(Outcome, Table)| {
         let value = knob::values(values, key).swap_remove(0);
         let unit = docs.iter().find(|d| d.path == key).map_or("", |d| &d.unit);
-        let names = choices(unit);
+        let names = knob::choices(unit);
         let is_source = key.ends_with("source");
-        let tried = if is_source { vec!["nobody".into()] } else { others(&value, &names) };
+        let tried = if is_source { vec!["nobody".into()] } else { knob::others(&value, &names) };
         assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
         let mut verdicts = Vec::new();
         for new in &tried {

@@ -5,14 +5,15 @@ use std::{iter, slice};
 
 use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_core::flow;
 use powergs_core::machine::Machine;
 use powergs_core::machine::Optional;
 use rayon::prelude::*;
 use toml::{Table, Value};
 
+use super::Verdict;
 use super::inert::{Inert, list};
 use super::support::{Outcome, alone_and_shared, outcome};
-use super::{Verdict, choices, others};
 
 /// Text for people.
 const TEXT: [&str; 3] = ["dataflow", "name", "description"];
@@ -29,6 +30,12 @@ impl Base {
         let values = machine.to_toml().parse().expect("TOML");
         let outcome = outcome(&machine).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
         Base { values, outcome }
+    }
+
+    /// Whether its dataflow has such a key.
+    fn may_have(&self, doc: &KeyDoc) -> bool {
+        let flow = flow::of_table(doc.path.split('.').next().unwrap_or_default());
+        flow.is_none_or(|flow| Some(flow.key()) == self.values["dataflow"].as_str())
     }
 
     /// What the key with this value does.
@@ -62,10 +69,10 @@ impl Base {
             [] if doc.path == "record.numbers" => {
                 ["e5m10", "e5m6", "e4m3"].map(String::from).to_vec()
             }
-            [] => choices(&doc.unit),
+            [] => doc.choices(),
             files => files.iter().map(|f| f.name.to_owned()).collect(),
         };
-        let tried = others(&value, &names);
+        let tried = knob::others(&value, &names);
         assert!(!tried.is_empty(), "{}: nothing to try", doc.path);
         let is_name = !names.is_empty() && files.is_empty();
         let mut verdicts = Vec::new();
@@ -91,6 +98,7 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
     let docs = key_docs::<Machine>();
     let keys: Vec<&KeyDoc> =
         docs.iter().filter(|d| !d.table && !TEXT.contains(&d.path.as_str())).collect();
+    let keys: Vec<&KeyDoc> = keys.into_iter().filter(|doc| base.may_have(doc)).collect();
     let inert: Vec<(&&KeyDoc, String)> =
         keys.par_iter().filter_map(|doc| Some((doc, base.dead(doc)?))).collect();
     let still = |(doc, dead): &(&&KeyDoc, String)| match list["machine"].get(&doc.path) {
@@ -106,13 +114,33 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
         None => match Optional::of(&doc.path) {
             Some(part) => {
                 let with = iter::once(flat.as_str()).chain(part.with.iter().copied());
-                Base::of(file.text, &with.map(str::to_owned).collect::<Vec<_>>()).dead(doc)
+                let with: Vec<String> = with.map(str::to_owned).collect();
+                // Not every machine can have every part.
+                Machine::parse_with(file.text, &with).ok()?;
+                Base::of(file.text, &with).dead(doc)
             }
             None => Some(dead.clone()),
         },
     };
     let dead = inert.par_iter().filter_map(still).collect();
     (inert.iter().map(|(doc, _)| doc.path.clone()).collect(), dead)
+}
+
+#[test]
+fn every_part_can_be_added_to_a_machine() {
+    for part in Optional::all() {
+        let with: Vec<String> = part.with.iter().map(|set| (*set).to_owned()).collect();
+        let can = |file: &Embedded| {
+            let has =
+                |sets: &[String]| Machine::parse_with(file.text, sets).map(|m| (part.is_there)(&m));
+            let table = part.keys[0].split('.').next().unwrap_or_default();
+            let of_flow =
+                |m: &Machine| flow::of_table(table).is_none_or(|f| f.key() == m.flow().key());
+            let machine = Machine::parse(file.text).expect("it comes with the program");
+            of_flow(&machine) && has(&[]) == Ok(false) && has(&with) == Ok(true)
+        };
+        assert!(MACHINES.iter().any(can), "{}", part.what);
+    }
 }
 
 #[test]
@@ -168,7 +196,7 @@ fn what_machines_share_changes_none_of_them() {
         };
         for doc in key_docs::<Machine>().iter().filter(is_tried) {
             let Some(value) = knob::values(&values, &doc.path).pop() else { continue };
-            for other in others(&value, &choices(&doc.unit)) {
+            for other in knob::others(&value, &doc.choices()) {
                 let mut table = values.clone();
                 knob::change(&mut table, &doc.path, &mut |_| Some(other.clone()));
                 let Ok(machine) = Machine::parse(&table.to_string()) else { continue };

@@ -4,12 +4,12 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use powergs_core::flow::{FrameTask, Handed, History, Work};
+use powergs_core::flow::tile_wise::FoveaSpec;
+use powergs_core::flow::{FrameTask, Handed, History, Work, WorkKey};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{self, FrameReport, Label, SimError, Timed, priced, time};
 use powergs_core::stage::EnergyTable;
-use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::Prices;
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
@@ -79,21 +79,22 @@ fn cached<K: std::hash::Hash + Eq, V>(
     made
 }
 
-/// The frames under a geometry.
-pub fn workloads(geometry: Geometry) -> Arc<Vec<FrameWorkload>> {
-    static ALL: Shared<Geometry, Vec<FrameWorkload>> = LazyLock::new(Default::default);
-    cached(&ALL, geometry, || frames().iter().map(|f| bin(f, geometry)).collect())
+/// The frames as a machine needs them.
+fn works(machine: &Machine) -> Arc<Vec<Box<dyn Work>>> {
+    static ALL: Shared<WorkKey, Vec<Box<dyn Work>>> = LazyLock::new(Default::default);
+    let (flow, key) = (machine.flow(), machine.flow().work_key(machine));
+    cached(&ALL, key.clone(), || frames().iter().map(|f| flow.prepare(f, &key)).collect())
 }
 
 /// What a machine takes over into each frame.
 fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
-    static ALL: Shared<(Geometry, Option<u32>), Vec<Option<Handed>>> =
+    static ALL: Shared<(WorkKey, Option<u32>), Vec<Option<Handed>>> =
         LazyLock::new(Default::default);
-    let (flow, geometry) = (machine.flow(), machine.tiles().geometry);
-    cached(&ALL, (geometry, flow.takes_over(machine)), || {
+    let flow = machine.flow();
+    cached(&ALL, (flow.work_key(machine), flow.takes_over(machine)), || {
         let mut history = History::default();
-        let all = workloads(geometry);
-        all.iter().map(|w| flow.hand_over(machine, w, None, &mut history)).collect()
+        let all = works(machine);
+        all.iter().map(|w| flow.hand_over(machine, &**w, None, &mut history)).collect()
     })
 }
 
@@ -107,11 +108,11 @@ pub struct Outcome {
 
 /// Takes the frames through a machine.
 pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
-    static MEMOS: Shared<Geometry, Vec<Memo>> = LazyLock::new(Default::default);
+    static MEMOS: Shared<WorkKey, Vec<Memo>> = LazyLock::new(Default::default);
     let table = table(&machine.energy).ok_or("no such energy table")?;
     let prices = sim::cost::prices(&table, machine).map_err(|e| e.to_string())?;
     let memos = || (0..=FRAMES).map(|_| Memo::default()).collect();
-    let memos = cached(&MEMOS, machine.tiles().geometry, memos);
+    let memos = cached(&MEMOS, machine.flow().work_key(machine), memos);
     let timed = timed(machine, &memos, true);
     let report = |timed: Result<Timed, SimError>| match timed {
         Err(SimError::Incompatible(refused)) => Err(refused.to_string()),
@@ -127,26 +128,26 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
 
 /// The frames on a machine, with a memo each.
 fn timed(machine: &Machine, memos: &[Memo], checks_order: bool) -> Vec<Result<Timed, SimError>> {
-    let (workloads, handed) = (workloads(machine.tiles().geometry), handed(machine));
+    let (works, handed) = (works(machine), handed(machine));
     // Machines without accumulators for levels see plain frames only.
-    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.tiles().fovea.accumulators > 0;
-    let frames = (0..).zip(workloads.iter()).filter(|(_, w)| can(w));
+    let shows_levels = machine.tables.get::<FoveaSpec>().is_some_and(|f| f.accumulators > 0);
+    let frames = (0..).zip(works.iter()).take(if shows_levels { FRAMES + 1 } else { FRAMES });
     let task = |(frame, work): (usize, _)| FrameTask {
         frame,
         before: handed[frame].as_ref(),
         checks_order,
         ..FrameTask::first(machine, work, &memos[frame])
     };
-    frames.map(|(frame, work)| time(&task((frame, work as &dyn Work)))).collect()
+    frames.map(|(frame, work)| time(&task((frame, &**work)))).collect()
 }
 
 /// Takes the frames through a machine alone, and again with what other machines left in `memos`
-/// (one a frame of its geometry): the two results, without accounts of energy.
+/// (one a frame of its work): the two results, without accounts of energy.
 pub fn alone_and_shared(
     machine: &Machine,
-    memos: &mut BTreeMap<Geometry, Vec<Memo>>,
+    memos: &mut BTreeMap<WorkKey, Vec<Memo>>,
 ) -> [Vec<Result<Timed, String>>; 2] {
-    let memos = memos.entry(machine.tiles().geometry).or_default();
+    let memos = memos.entry(machine.flow().work_key(machine)).or_default();
     memos.resize_with(FRAMES + 1, Memo::default);
     let own: Vec<Memo> = memos.iter().map(|_| Memo::default()).collect();
     [&own, memos].map(|memos| {

@@ -5,21 +5,24 @@
 
 mod converter;
 mod core;
-mod memory;
 pub mod subtiles;
 
 use std::collections::BTreeMap;
 
+use powergs_core::flow::tile_wise::layout::Layout;
 use powergs_core::flow::tile_wise::schedule::Plan;
 use powergs_core::flow::tile_wise::subtiles::ChunkRun;
 use powergs_core::flow::tile_wise::{Fetch, Organisation, Overlap, Switch};
-use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits};
+use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits, STREAMS};
 use powergs_core::machine::Machine;
 use powergs_core::workload::FrameWorkload;
 
 use self::converter::Converter;
 use self::core::Core;
-use self::memory::Memory;
+use crate::oracle_memory;
+
+/// The memory of a frame.
+type Memory<'a> = oracle_memory::Memory<Layout<'a>>;
 
 /// What the oracle saw.
 #[derive(Debug, Default)]
@@ -99,7 +102,8 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
         written,
         second_pass,
     };
-    let mut memory = Memory::new(workload, machine, &design, &plan, &given);
+    let layout = Layout::new(workload, &design, &plan, &given);
+    let mut memory = oracle_memory::Memory::new(layout, &STREAMS, machine, design.dram);
     let mut seen = Seen::default();
     let mut converters: Vec<Converter> =
         (0..machine.tiles().ccu.units).map(|_| Converter::new()).collect();

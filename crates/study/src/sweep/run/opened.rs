@@ -80,6 +80,11 @@ impl Designs {
         self.space.energy_labels().into_iter().map(str::to_owned).collect()
     }
 
+    /// The dataflow of its machines.
+    pub fn flow(&self) -> &'static str {
+        self.base.machine.flow().key()
+    }
+
     /// The columns of the axes.
     pub fn columns(&self) -> &[Column] {
         &self.columns

@@ -38,7 +38,7 @@ pub struct Tally {
 
 /// The columns of the table of a sweep.
 pub fn header(sweep: &OpenedSweep<'_>) -> Vec<Column> {
-    columns(sweep.designs.columns())
+    columns(sweep.designs.columns(), sweep.designs.flow())
 }
 
 /// A design of a plan, or a point that is no design, in the order of the space.
@@ -111,7 +111,8 @@ fn rows_of(
         ResultSlot::Invalid(..) => None,
     };
     let model = source.map_or("", |(plan, place)| plan.designs[place].model.name());
-    let entry = TableEntry { point, id, model, axes: sweep.designs.cells(point), facts };
+    let (flow, axes) = (sweep.designs.flow(), sweep.designs.cells(point));
+    let entry = TableEntry { point, id, model, flow, axes, facts };
     for (t, label) in sweep.designs.tables().iter().enumerate() {
         let mut fates = Vec::new();
         for trace in &sweep.traces {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use powergs_core::flow;
 use powergs_study::sweep::parquet::ParquetWriter;
 use powergs_study::sweep::table::{
     Cell, Column, ColumnKind, PointFate, TableEntry, TraceLabel, columns, rows,
@@ -19,6 +20,7 @@ fn entry(point: Option<u64>) -> TableEntry {
         point,
         id: Some(0xabc),
         model: "banked",
+        flow: flow::DEFAULT,
         axes,
         facts: vec![[None, Some(0.25), Some(64.0)]],
     }
@@ -32,7 +34,7 @@ fn axes() -> Vec<Column> {
 }
 
 fn cell(row: &[Cell], name: &str) -> Cell {
-    row[columns(&axes()).iter().position(|c| c.name == name).unwrap()].clone()
+    row[columns(&axes(), flow::DEFAULT).iter().position(|c| c.name == name).unwrap()].clone()
 }
 
 #[test]
@@ -46,7 +48,7 @@ fn a_row_per_trace_the_mean_and_the_worst() {
     assert_eq!(cell(&rows[2], "trace"), Cell::Text(String::new()));
     assert_eq!(cell(&rows[0], "id"), Cell::Text(format!("{:032x}", 0xabc)));
     assert_eq!(cell(&rows[0], "point"), Cell::Integer(9));
-    assert!(rows.iter().all(|row| row.len() == columns(&axes()).len()));
+    assert!(rows.iter().all(|row| row.len() == columns(&axes(), flow::DEFAULT).len()));
 }
 
 #[test]
@@ -67,7 +69,7 @@ fn a_failed_trace_is_never_averaged_away() {
 /// has to say so again before a new file is committed.
 #[test]
 fn parquet_holds_what_csv_says() {
-    let columns = columns(&axes());
+    let columns = columns(&axes(), flow::DEFAULT);
     let mut csv = csv::Writer::from_writer(Vec::new());
     csv.write_record(columns.iter().map(|c| &c.name)).unwrap();
     let mut table = ParquetWriter::new(Vec::new(), &columns).unwrap();

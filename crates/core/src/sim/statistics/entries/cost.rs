@@ -1,5 +1,6 @@
 //! Energy, and power at each of the rates that must not be confused.
 
+use super::of_stages;
 use super::{List, real, weighted};
 use crate::sim::FrameReport;
 use crate::sim::statistics::{Key, Weight};
@@ -148,6 +149,12 @@ pub(super) fn area(list: &mut List) {
         real(list, format!("area_mm2.{name}"), "mm2", text, move |f, _| {
             Some(f.area.as_ref()?.areas()[i].0)
         });
+        let buffer = hardware.buffers().find(|(_, buffer)| buffer.name == name);
+        let stage = unit.map(|(id, _)| id).or(buffer.map(|(id, _)| hardware.stage_of(id)));
+        if let Some(stage) = stage {
+            let last = list.len() - 1;
+            of_stages(&mut list[last..], [stage]);
+        }
     }
 }
 

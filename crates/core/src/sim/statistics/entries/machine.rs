@@ -1,5 +1,6 @@
 //! Where the cycles of the units went, how long tiles took, and how often each action happened.
 
+use super::of_stages;
 use super::{List, count, real};
 use crate::kernel::{Histogram, UnitCycles};
 use crate::sim::FrameReport;
@@ -21,7 +22,7 @@ fn share(frame: &FrameReport, kind: StageId, cycles: fn(&UnitCycles) -> u64) -> 
 
 pub(super) fn units(list: &mut List) {
     for (kind, facts) in hardware().units() {
-        let words = facts.words;
+        let (first, words) = (list.len(), facts.words);
         let path = |end: &str| format!("units.{}.{end}", facts.key);
         let text = format!("Number of {words} in the machine; absent where it has none.");
         count(list, Key::Instances(kind), "1", text, move |f| {
@@ -58,6 +59,7 @@ pub(super) fn units(list: &mut List) {
                 Some(f.cycle()?.live_evaluations as f64 / unit(f, kind)?.busy as f64)
             });
         }
+        of_stages(&mut list[first..], [kind]);
     }
 }
 
@@ -125,5 +127,13 @@ pub(super) fn actions(list: &mut List) {
             f.cycle()?;
             Some(f.actions.total(action))
         });
+        let stages: Vec<StageId> = match does {
+            Does::SramRead(b) | Does::SramWrite(b) => vec![hardware.stage_of(b)],
+            Does::Work(stage, work) => hardware.doers(stage, work.key).collect(),
+            Does::Clock(stage) | Does::IdleClock(stage) => vec![stage],
+            Does::DramRead | Does::DramWrite => Vec::new(),
+        };
+        let last = list.len() - 1;
+        of_stages(&mut list[last..], stages);
     }
 }

@@ -1,5 +1,6 @@
 //! DRAM activity and buffer occupancy.
 
+use super::of_stages;
 use super::{List, count, real};
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::sim::statistics::Key;
@@ -152,6 +153,7 @@ const FIELDS: [MemoryField; 5] = [
 
 pub(super) fn buffers(list: &mut List) {
     for (which, facts) in hardware().buffers().filter(|(_, facts)| facts.fills) {
+        let first = list.len();
         for (of, text, field) in FIELDS {
             let text = format!("{}.", text.replace("{}", facts.name));
             count(list, of(which), "B", text, move |f| Some(field(buffer(f, which)?)));
@@ -161,5 +163,6 @@ pub(super) fn buffers(list: &mut List) {
             let cycles = f.timing()?.frame as f64;
             Some(buffer(f, which)?.byte_cycles as f64 / cycles)
         });
+        of_stages(&mut list[first..], [hardware().stage_of(which)]);
     }
 }

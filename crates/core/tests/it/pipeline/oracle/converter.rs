@@ -5,8 +5,8 @@ use powergs_core::flow::tile_wise::ccu::Ccu;
 use powergs_core::flow::tile_wise::traffic::pairs_written;
 use powergs_core::kernel::Unit;
 
-use super::memory::{Memory, Ticket};
-use super::{Frame, digit};
+use super::{Frame, Memory, digit};
+use crate::oracle_memory::Ticket;
 
 /// The reads of a batch.
 const READS: [&str; 3] = ["records", "survivors", "colours"];

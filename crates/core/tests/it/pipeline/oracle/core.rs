@@ -15,8 +15,8 @@ use powergs_core::workload::ChunkWork;
 use powergs_energy::flops::colour_share;
 use powergs_frame::scene::ShDegree;
 
-use super::memory::{Memory, Ticket};
-use super::{Frame, digit};
+use super::{Frame, Memory, digit};
+use crate::oracle_memory::Ticket;
 
 enum Step {
     WantsList,

@@ -1,16 +1,12 @@
-//! The memory: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a device that is
-//! asked in every cycle what is done.
+//! The memory of the oracles: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a
+//! device that is asked in every cycle what is done.
 
 use std::collections::VecDeque;
 
-use powergs_core::flow::tile_wise::layout::{AccessPattern, Layout};
-use powergs_core::flow::tile_wise::schedule::Plan;
-use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits, STREAMS};
 use powergs_core::kernel::dram::{Dram, TICKS};
-use powergs_core::kernel::memory;
-use powergs_core::kernel::stream::StreamId;
+use powergs_core::kernel::memory::Layout;
+use powergs_core::kernel::stream::{StreamId, Streams};
 use powergs_core::machine::{DramModel, Machine, SecondMasterSpec};
-use powergs_core::workload::FrameWorkload;
 use powergs_dram::{self, AddressRange, Banked};
 
 /// A request, to ask for later.
@@ -68,16 +64,17 @@ impl Master {
 /// Tickets of the second master begin here.
 const MASTER: u32 = 1 << 31;
 
-enum Kind {
+enum Kind<P> {
     Bus(Box<Dram>, VecDeque<Queued>),
-    Banked(Box<Banked>, Vec<(AccessPattern, u64)>, Option<Master>),
+    Banked(Box<Banked>, Vec<(P, u64)>, Option<Master>),
 }
 
-pub struct Memory<'a> {
-    kind: Kind,
+pub struct Memory<L: Layout> {
+    kind: Kind<L::Pattern>,
+    streams: &'static Streams,
     /// Femtoseconds of a cycle and of a CK.
     clocks: (u64, u64),
-    pub layout: Layout<'a>,
+    pub layout: L,
     /// Tick at which each ticket is done.
     done: Vec<Option<u64>>,
     pub requests: u64,
@@ -85,26 +82,19 @@ pub struct Memory<'a> {
     pub written: [u64; 3],
 }
 
-impl<'a> Memory<'a> {
-    pub fn new(
-        workload: &'a FrameWorkload,
-        machine: &Machine,
-        design: &ResolvedUnits,
-        plan: &'a Plan,
-        given: &FrameContext<'a>,
-    ) -> Self {
+impl<L: Layout> Memory<L> {
+    pub fn new(layout: L, streams: &'static Streams, machine: &Machine, flat: Dram) -> Self {
         let device = || machine.device.as_ref().expect("linked");
         let fs = |ns: f64| (ns * 1e6).round() as u64;
-        let layout = Layout::new(workload, design, plan, given);
         let kind = match machine.dram.model {
             DramModel::Bandwidth | DramModel::Calibrated => {
-                Kind::Bus(Box::new(design.dram), VecDeque::new())
+                Kind::Bus(Box::new(flat), VecDeque::new())
             }
             DramModel::Banked => {
                 let spec = machine.dram.second_master.clone();
                 let master = spec.is_on().then(|| Master {
                     spec,
-                    base: memory::Layout::end(&layout).next_multiple_of(REGION),
+                    base: layout.end().next_multiple_of(REGION),
                     ck_fs: fs(device().clock_period.0),
                     done: Vec::new(),
                     placed: 0,
@@ -121,6 +111,7 @@ impl<'a> Memory<'a> {
                 machine.device.as_ref().map_or(1, |device| fs(device.clock_period.0)),
             ),
             layout,
+            streams,
             done: Vec::new(),
             requests: 0,
             read: [0; 3],
@@ -128,15 +119,15 @@ impl<'a> Memory<'a> {
         }
     }
 
-    pub fn read(&mut self, now: u64, stream: &str, bytes: u64, span: AccessPattern) -> Ticket {
-        let stream = STREAMS.id(stream);
-        self.read[STREAMS.phase(stream) as usize] += bytes;
+    pub fn read(&mut self, now: u64, stream: &str, bytes: u64, span: L::Pattern) -> Ticket {
+        let stream = self.streams.id(stream);
+        self.read[self.streams.phase(stream) as usize] += bytes;
         self.issue(now, stream, bytes, span, true)
     }
 
-    pub fn write(&mut self, now: u64, stream: &str, bytes: u64, span: AccessPattern) -> Ticket {
-        let stream = STREAMS.id(stream);
-        self.written[STREAMS.phase(stream) as usize] += bytes;
+    pub fn write(&mut self, now: u64, stream: &str, bytes: u64, span: L::Pattern) -> Ticket {
+        let stream = self.streams.id(stream);
+        self.written[self.streams.phase(stream) as usize] += bytes;
         self.issue(now, stream, bytes, span, false)
     }
 
@@ -145,7 +136,7 @@ impl<'a> Memory<'a> {
         now: u64,
         stream: StreamId,
         bytes: u64,
-        span: AccessPattern,
+        span: L::Pattern,
         is_read: bool,
     ) -> Ticket {
         let ticket = self.done.len();

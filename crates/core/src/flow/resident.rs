@@ -1,0 +1,581 @@
+//! Resident: the pixels of a region stay on chip, and each Gaussian of its list passes once through
+//! all of them. Vorion; GCC and GSAcc in part.
+//!
+//! The image is cut into regions: tiles of any size, bands, or the whole. The [front](front)
+//! converts Gaussians and writes a list of those that meet each region; [order units](order) sort
+//! the lists; [engines](engine) take one Gaussian of a list after the other through the pixels that
+//! it covers, as many at a time as there are lanes, whether these pixels have stopped or not. Only
+//! the region as a whole may stop (`raster.saturation`). The back of a list may go to a unit that
+//! works pixel by pixel and leaves each one when it stops (`tail`); a list may be cut along depth
+//! over several engines (`region.slices`), whose pixels are composed. Where the region is the
+//! image, there is one list, of Gaussians. Gaussians may be converted late (`front.lazy`): in depth
+//! order, as a region takes them, each once for every region.
+//!
+//! The front ends before the other stages begin; with `front.overlap = "frames"` all begin at once,
+//! the front on the next frame, which is taken to be like this one. Within a cycle units act in the
+//! order front, order units, engines, each in the order of their number; a list that is in order
+//! can be fetched in the same cycle.
+
+mod check;
+mod engine;
+mod front;
+pub mod layout;
+mod optional;
+mod order;
+pub mod stages;
+mod tables;
+pub mod work;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, Work, WorkKey,
+};
+use crate::kernel::calibration::{CalibrationRecorder, Recording};
+use crate::kernel::dram::Dram;
+use crate::kernel::ledger::cycles;
+use crate::kernel::memory::{Arrival, Memory, Request};
+use crate::kernel::stream::{StreamId, Streams};
+use crate::kernel::timeline::Observer;
+use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, MemoKey, drive};
+use crate::machine::check::Contradiction;
+use crate::machine::{BufferSpec, DramModel, GatingSpec, Machine, Optional};
+use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, sram_read, sram_write, work_id};
+use crate::workload::demand::Unbinnable;
+use powergs_base::budget::Budget;
+use powergs_energy::action::{ActionCounts, ActionId, Phase};
+use powergs_frame::trace::Frame;
+
+pub use tables::*;
+
+use engine::{Engine, EngineCounts};
+use front::FrontUnit;
+use layout::{Layout, Place};
+use order::OrderUnit;
+use work::{RegionShape, ResidentFrame};
+
+const KEY: &str = "resident";
+
+/// Its stages, in the order of every report.
+pub const STAGES: [&StageDecl; 5] = [
+    &stages::FRONT_DECL,
+    &stages::ORDER_DECL,
+    &stages::RASTER_DECL,
+    &stages::TAIL_DECL,
+    &stages::COMPOSE_DECL,
+];
+
+/// The dataflow with its stages.
+pub const FLOW: FlowDecl = FlowDecl { flow: &ResidentFlow, stages: &STAGES };
+
+/// Their streams.
+pub const STREAMS: Streams = Streams::of(&STAGES);
+
+/// The streams by name.
+struct StreamIds {
+    records: StreamId,
+    shades: StreamId,
+    results: StreamId,
+    lists: StreamId,
+    passes_out: StreamId,
+    passes_in: StreamId,
+    ordered: StreamId,
+    entries: StreamId,
+    features: StreamId,
+    pixels: StreamId,
+    slices_out: StreamId,
+    slices_in: StreamId,
+}
+
+const IDS: StreamIds = StreamIds {
+    records: STREAMS.id("records"),
+    shades: STREAMS.id("shades"),
+    results: STREAMS.id("results"),
+    lists: STREAMS.id("lists"),
+    passes_out: STREAMS.id("passes-out"),
+    passes_in: STREAMS.id("passes-in"),
+    ordered: STREAMS.id("ordered"),
+    entries: STREAMS.id("entries"),
+    features: STREAMS.id("features"),
+    pixels: STREAMS.id("pixels"),
+    slices_out: STREAMS.id("slices-out"),
+    slices_in: STREAMS.id("slices-in"),
+};
+
+/// The dataflow.
+pub struct ResidentFlow;
+
+impl Dataflow for ResidentFlow {
+    fn key(&self) -> &'static str {
+        KEY
+    }
+
+    fn means(&self) -> &'static str {
+        "the pixels of a region stay on chip, and each Gaussian of its list passes once"
+    }
+
+    fn example(&self) -> Option<&'static str> {
+        Some("vorion")
+    }
+
+    fn stages(&self) -> &'static [&'static StageDecl] {
+        FLOW.stages
+    }
+
+    fn tables(&self) -> TablesDecl {
+        TablesDecl::of::<Resident>()
+    }
+
+    fn optional(&self) -> &'static [Optional] {
+        &optional::OPTIONAL
+    }
+
+    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
+        check::problems(machine.resident())
+    }
+
+    fn tile(&self, machine: &Machine, [width, height]: [u32; 2]) -> [u32; 2] {
+        let m = machine.resident();
+        RegionShape::new(&m.region, m.raster.lanes).region(width, height)
+    }
+
+    fn overlaps(&self, machine: &Machine) -> bool {
+        machine.resident().front.overlap == FrontOverlap::Frames
+    }
+
+    fn work_key(&self, machine: &Machine) -> WorkKey {
+        let m = machine.resident();
+        RegionShape::new(&m.region, m.raster.lanes).key()
+    }
+
+    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
+        let (pairs, bytes) = work::demand(frame, RegionShape::of(key));
+        budget.check(bytes).map_err(|over| Unbinnable::Memory { pairs, over })?;
+        if pairs > u64::from(u32::MAX) { Err(Unbinnable::Pairs(pairs)) } else { Ok(bytes) }
+    }
+
+    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
+        Box::new(ResidentFrame::new(frame, RegionShape::of(key)))
+    }
+
+    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
+        let (frame, machine) = (frame(task)?, task.machine);
+        let other = |why: String| Incompatible::Other { machine: machine.name.clone(), why };
+        if frame.is_foveated {
+            let why = "it is foveated, and no machine with resident pixels shows levels; extract \
+                       the trace without a gaze, or take another machine (`gscore`)";
+            return Err(other(why.into()));
+        }
+        if frame.key() != self.work_key(machine) {
+            return Err(Incompatible::Work {
+                work: frame.key().to_string(),
+                machine: machine.name.clone(),
+                needed: self.work_key(machine).to_string(),
+            });
+        }
+        let m = machine.resident();
+        let most = frame.regions.iter().map(|region| u64::from(region.pixels)).max().unwrap_or(0);
+        let (needed, share) = (most * m.raster.pixel_state.0, m.pixel_share());
+        if needed > share {
+            let capacity = needed.saturating_mul(u64::from(m.raster.engines));
+            return Err(other(format!(
+                "a region of it has {most} pixels, which take {needed} B of the {share} B that \
+                 each engine has: set `stores.pixels.capacity` to at least {capacity} B, or make \
+                 `region.width` or `region.height` smaller"
+            )));
+        }
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        task: &FrameTask<'_>,
+        observer: Option<&mut dyn Observer>,
+    ) -> Result<FlowOutcome, SimError> {
+        let frame = frame(task)?;
+        Ok(match observer {
+            None => run(task, frame, &mut ()),
+            Some(mut observer) => run(task, frame, &mut observer),
+        })
+    }
+}
+
+/// The work of machines with resident pixels.
+fn frame<'a>(task: &FrameTask<'a>) -> Result<&'a ResidentFrame, Incompatible> {
+    task.work.of().ok_or_else(|| Incompatible::Work {
+        work: task.work.key().to_string(),
+        machine: task.machine.name.clone(),
+        needed: ResidentFlow.work_key(task.machine).to_string(),
+    })
+}
+
+/// The depth slices of a region.
+#[derive(Debug, Clone, Copy, Default)]
+struct Slices {
+    ended: u32,
+    written: u32,
+    composed: bool,
+}
+
+/// What the units of a machine share in a frame.
+pub struct RegionShared<'a, O> {
+    machine: &'a Resident,
+    frame: &'a ResidentFrame,
+    memory: Memory<'a, Layout<'a>>,
+    streams: &'static StreamIds,
+    /// The first record that no unit of the front has.
+    next_record: u64,
+    /// The first region that no order unit has.
+    next_region: u32,
+    /// The first region, or slice of one, that no engine has.
+    next_job: u32,
+    /// Whether the list of each region is in order.
+    is_ready: Vec<bool>,
+    /// Whether one has become so.
+    woken: bool,
+    /// What is known of the slices of each region.
+    slices: Vec<Slices>,
+    /// When the front converted chunks for an engine, one after the other.
+    conversions: Vec<[u64; 2]>,
+    /// The first pixel of each region in memory.
+    first_pixel: Vec<u64>,
+    step_cycles: u64,
+    observer: &'a mut O,
+}
+
+impl<'a, O: Observer> RegionShared<'a, O> {
+    fn issue(
+        &mut self,
+        now: u64,
+        owner: u32,
+        stream: StreamId,
+        bytes: u64,
+        place: Place,
+    ) -> Arrival {
+        self.memory.issue(now, Request { owner, stream, bytes }, |_| place, self.observer)
+    }
+
+    fn layout(&self) -> &Layout<'a> {
+        self.memory.layout()
+    }
+
+    fn chunk_bytes(&self, entries: u32) -> u64 {
+        self.machine.chunk_bytes(u64::from(entries))
+    }
+
+    /// Regions, or slices of them, that no engine has yet.
+    fn jobs_left(&self) -> u32 {
+        self.frame.regions.len() as u32 * self.machine.region.slices - self.next_job
+    }
+
+    /// Says that the list of a region is in order.
+    fn ready(&mut self, region: u32) {
+        self.is_ready[region as usize] = true;
+        self.woken = true;
+    }
+}
+
+/// The units of a machine: front, order units, engines.
+struct Units<'s, 'a, O> {
+    front: Vec<FrontUnit>,
+    order: Vec<OrderUnit>,
+    engines: Vec<Engine>,
+    shared: &'s mut RegionShared<'a, O>,
+}
+
+impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
+    fn step(&mut self, agent: usize, now: u64) -> u64 {
+        let (front, order) = (self.front.len(), self.order.len());
+        match agent {
+            n if n < front => self.front[n].step(now, self.shared),
+            n if n < front + order => self.order[n - front].step(now, self.shared),
+            n => self.engines[n - front - order].step(now, self.shared),
+        }
+    }
+
+    fn woken(&mut self) -> Option<Range<usize>> {
+        let first = self.front.len() + self.order.len();
+        std::mem::take(&mut self.shared.woken).then_some(first..first + self.engines.len())
+    }
+
+    fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        self.shared.memory.advance(until)
+    }
+}
+
+/// The machine whose run on the device calibrates another one: the same requests, by units and
+/// buffers that are always the same.
+#[derive(Debug, PartialEq)]
+struct Reference(Machine);
+
+impl MemoKey for Reference {
+    type Value = Calibration;
+    const MOST: usize = 1024;
+}
+
+impl Reference {
+    /// That of a machine.
+    fn of(machine: &Machine) -> Reference {
+        let mut reference = machine.clone();
+        reference.dram.model = DramModel::Banked;
+        (reference.name, reference.description) = (String::new(), String::new());
+        reference.energy = String::new();
+        reference.gating = GatingSpec::default();
+        let m = reference.resident_mut();
+        (m.front.units, m.front.queue, m.front.latency) = (8, 16, 16);
+        m.front.operations_per_cycle = 1 << 20;
+        (m.order.units, m.order.keys_per_cycle, m.order.latency) = (8, 4, 4);
+        (m.raster.engines, m.raster.latency) = (if m.front.lazy { 1 } else { 8 }, 4);
+        let region = m.stores.pixels.capacity.0 / u64::from(machine.resident().raster.engines);
+        let (batch, chunk) = (u64::from(m.front.batch), u64::from(m.raster.chunk));
+        let g = &m.gaussian;
+        let record = g.position.0 + g.shape.0 + g.colour.0;
+        let all = [4 * batch * record, 4 * batch * g.feature.0, 16 << 10, 8 * m.chunk_bytes(chunk)];
+        let s = &mut m.stores;
+        let stores = [&mut s.records, &mut s.results, &mut s.keys, &mut s.gaussians];
+        for (store, bytes) in stores.into_iter().zip(all) {
+            store.capacity.0 = 8 * bytes;
+        }
+        s.pixels.capacity.0 = 16 * region;
+        s.tail.capacity = s.gaussians.capacity;
+        Reference(reference)
+    }
+
+    /// What its run says of the memory.
+    fn measure(&self, frame: &ResidentFrame) -> Calibration {
+        let Reference(machine) = self;
+        let (_, recording) = through(machine, frame, None, &mut CalibrationRecorder);
+        let recording = recording.expect("a run with a device has a recording");
+        let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
+        Calibration::of(&recording, &STREAMS, device, true)
+    }
+}
+
+/// What a run on its device says of a machine's memory, where that is `calibrated`.
+pub fn calibration(
+    machine: &Machine,
+    frame: &ResidentFrame,
+    memo: &Memo,
+) -> Option<Arc<Calibration>> {
+    (machine.dram.model == DramModel::Calibrated)
+        .then(|| memo.get(Reference::of(machine), |key| key.measure(frame)))
+}
+
+/// Takes a frame through a machine.
+fn run<O: Observer>(task: &FrameTask<'_>, frame: &ResidentFrame, observer: &mut O) -> FlowOutcome {
+    let machine = task.machine;
+    let calibration = calibration(machine, frame, task.memo);
+    through(machine, frame, calibration.as_deref(), observer).0
+}
+
+fn through<O: Observer>(
+    machine: &Machine,
+    frame: &ResidentFrame,
+    calibration: Option<&Calibration>,
+    observer: &mut O,
+) -> (FlowOutcome, Option<Recording>) {
+    let m = machine.resident();
+    let dram = match calibration {
+        Some(calibration) => calibration.dram(),
+        None => Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
+    };
+    let memory = Memory::new(Layout::new(frame, m), &STREAMS, machine, dram, calibration);
+    let mut next_pixel = 0;
+    let first_pixel = frame.regions.iter().map(|region| {
+        let first = next_pixel;
+        next_pixel += u64::from(region.pixels);
+        first
+    });
+    let mut shared = RegionShared {
+        machine: m,
+        frame,
+        memory,
+        streams: &IDS,
+        next_record: 0,
+        next_region: 0,
+        next_job: 0,
+        is_ready: vec![false; frame.regions.len()],
+        woken: false,
+        slices: vec![Slices::default(); frame.regions.len()],
+        conversions: Vec::new(),
+        first_pixel: first_pixel.collect(),
+        step_cycles: m.step_cycles(m.raster.lanes),
+        observer,
+    };
+    let share = |store: &BufferSpec, owners: u32| store.capacity.0 / u64::from(owners);
+    let (fronts, orders, engines) = (m.front.units, m.order.units, m.raster.engines);
+    let s = &m.stores;
+    let front = |n| FrontUnit::new(n, share(&s.records, fronts), share(&s.results, fronts));
+    let order = |n| OrderUnit::new(fronts + n, n, share(&s.keys, orders));
+    let stores = [&s.gaussians, &s.tail, &s.pixels].map(|store| share(store, engines));
+    let has = [true, m.tail.share > 0.0, m.compose.lanes > 0];
+    let engine = |n| Engine::new(fronts + orders + n, n, stores, has);
+    let mut units = Units {
+        front: (0..fronts).map(front).collect(),
+        order: (0..orders).map(order).collect(),
+        engines: (0..engines).map(engine).collect(),
+        shared: &mut shared,
+    };
+    let (apart, all) = (fronts as usize, (fronts + orders + engines) as usize);
+    let front_end = |units: &Units<O>| units.front.iter().map(|unit| unit.end).max().unwrap_or(0);
+    let preprocessing_end = match m.front.overlap {
+        FrontOverlap::Frames => {
+            drive(&mut units, 0..all, 0);
+            front_end(&units)
+        }
+        FrontOverlap::None => {
+            drive(&mut units, 0..apart, 0);
+            let end = front_end(&units);
+            for unit in &mut units.order {
+                unit.account.up_to(end, units.shared.observer);
+            }
+            for engine in &mut units.engines {
+                engine.account(end, units.shared.observer);
+            }
+            drive(&mut units, apart..all, end);
+            end
+        }
+    };
+    let end = units.engines.iter().map(|engine| engine.end).max().unwrap_or(0);
+    let end = end.max(preprocessing_end);
+    let Units { mut front, mut order, mut engines, .. } = units;
+    shared.memory.close(end);
+    front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
+    order.iter_mut().for_each(|unit| unit.account.up_to(end, shared.observer));
+    engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
+    let outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
+    let recording = shared.observer.wants_times().then(|| shared.memory.recording()).flatten();
+    (outcome, recording)
+}
+
+fn outcome<O: Observer>(
+    front: &[FrontUnit],
+    order: &[OrderUnit],
+    engines: &[Engine],
+    preprocessing_end: u64,
+    end: u64,
+    shared: &RegionShared<O>,
+) -> FlowOutcome {
+    let m = shared.machine;
+    let of = |part: usize| {
+        engines
+            .iter()
+            .filter_map(move |engine| engine.accounts[part].as_ref().map(|account| &account.ledger))
+    };
+    let mut units = vec![
+        cycles(stages::FRONT, 1, front.iter().map(|unit| &unit.account.ledger)),
+        cycles(stages::ORDER, 1, order.iter().map(|unit| &unit.account.ledger)),
+        cycles(stages::RASTER, 1, of(0)),
+    ];
+    if m.tail.share > 0.0 {
+        units.push(cycles(stages::TAIL, 1, of(1)));
+    }
+    if m.compose.lanes > 0 {
+        units.push(cycles(stages::COMPOSE, 1, of(2)));
+    }
+    let mut buffers = FrontUnit::buffers(front).to_vec();
+    buffers.push(OrderUnit::buffer(order));
+    let [gaussians, tail, pixels] = Engine::buffers(engines);
+    buffers.push(gaussians);
+    if m.tail.share > 0.0 {
+        buffers.push(tail);
+    }
+    buffers.push(pixels);
+    let dram = shared.memory.usage();
+    let served = shared.memory.traffic();
+    let timing = FrameTiming {
+        frame: end,
+        preprocessing_end,
+        units,
+        dram,
+        buffers,
+        tile_cycles: Histogram::EMPTY,
+    };
+    let counts: Vec<&EngineCounts> = engines.iter().map(|engine| &engine.counts).collect();
+    let moved = order.iter().map(|unit| unit.moved).sum();
+    let live = counts.iter().map(|c| c.live).sum();
+    let stopped: u64 = counts.iter().map(|c| c.stopped).sum();
+    let actions = actions(shared, &counts, moved);
+    FlowOutcome {
+        executed_evaluations: live + stopped,
+        ..FlowOutcome::plain(timing, actions, served, live)
+    }
+}
+
+const CULL: ActionId = work_id("cull");
+const PROJECT: ActionId = work_id("project");
+const SHADE: ActionId = work_id("sh-colour");
+const ALPHA: ActionId = work_id("alpha");
+const STOPPED: ActionId = work_id("stopped-pixel");
+const BLEND: ActionId = work_id("blend");
+const FINISH: ActionId = work_id("pixel-finish");
+
+/// How often everything happened.
+fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -> ActionCounts {
+    use stages::{COMPOSED, GAUSSIANS, KEYS, MERGED_KEY, PIXELS, RECORDS, RESULTS, TAIL_IN};
+    let (m, frame) = (shared.machine, shared.frame);
+    let (g, c) = (&m.gaussian, &frame.counters);
+    let sum = |of: fn(&EngineCounts) -> u64| engines.iter().map(|counts| of(counts)).sum::<u64>();
+    let splats = frame.index.len() as u64;
+    let mut all = ActionCounts::default();
+    let mut charge = |phase: Phase, action: ActionId, n: u64| all.charge(phase, action, n);
+    let first = Phase::Preprocessing;
+    charge(first, CULL, c.points);
+    let entries = frame.entries.len() as u64 * g.entry.0;
+    let (read, written) = match m.front.lazy {
+        true => (c.points * g.position.0, entries),
+        false => {
+            charge(first, PROJECT, c.survivors);
+            charge(first, SHADE, splats);
+            let read = c.points * (g.position.0 + g.shape.0) + splats * g.colour.0;
+            (read, splats * g.feature.0 + entries)
+        }
+    };
+    for (buffer, bytes) in [(RECORDS, read), (RESULTS, written)] {
+        charge(first, sram_write(buffer), bytes);
+        charge(first, sram_read(buffer), bytes);
+    }
+    charge(first, DRAM_READ, read);
+    charge(first, DRAM_WRITE, written);
+    charge(Phase::Sorting, MERGED_KEY, moved);
+    let share = m.stores.keys.capacity.0 / u64::from(m.order.units);
+    let (mut read, mut written) = (0, 0);
+    for region in frame.regions.iter().filter(|region| region.entries > 0) {
+        let keys = u64::from(region.entries);
+        let bytes = keys * g.entry.0;
+        let between = m.order.passes(keys).saturating_sub(1) * (bytes - bytes.min(share));
+        (read, written) = (read + bytes + between, written + bytes + between);
+    }
+    let keys = moved * g.entry.0;
+    charge(Phase::Sorting, sram_write(KEYS), keys + entries);
+    charge(Phase::Sorting, sram_read(KEYS), keys + entries);
+    charge(Phase::Sorting, DRAM_READ, read);
+    charge(Phase::Sorting, DRAM_WRITE, written);
+    let last = Phase::Rendering;
+    let converted = sum(|c| c.converted);
+    charge(last, PROJECT, converted);
+    charge(last, SHADE, converted);
+    charge(last, ALPHA, sum(|c| c.live));
+    charge(last, STOPPED, sum(|c| c.stopped));
+    charge(last, BLEND, c.blends);
+    let pixels: u64 = frame.regions.iter().map(|region| u64::from(region.pixels)).sum();
+    charge(last, FINISH, pixels);
+    charge(last, COMPOSED, sum(|c| c.composed));
+    let asked = [sum(|c| c.asked[0]), sum(|c| c.asked[1])];
+    for (buffer, bytes) in [GAUSSIANS, TAIL_IN].into_iter().zip(asked) {
+        charge(last, sram_write(buffer), bytes);
+    }
+    charge(last, sram_read(GAUSSIANS), sum(|c| c.used));
+    charge(last, sram_read(TAIL_IN), asked[1]);
+    let slices = u64::from(m.region.slices);
+    let state = m.raster.pixel_state.0;
+    let touched = sum(|c| c.touched) * state;
+    charge(last, sram_read(PIXELS), touched + pixels * slices * state);
+    charge(last, sram_write(PIXELS), touched);
+    let sliced = pixels * (slices - 1) * state;
+    let sliced = if m.compose.through == ComposePath::Dram { sliced } else { 0 };
+    charge(last, DRAM_READ, asked[0] + asked[1] + sliced);
+    charge(last, DRAM_WRITE, pixels * g.pixel.0 + sliced);
+    all
+}

@@ -1,0 +1,349 @@
+//! Machines with resident pixels: work against a count pixel by pixel, time against an oracle.
+
+mod oracle;
+
+use powergs_core::flow::resident::work::{RegionShape, ResidentFrame};
+use powergs_core::flow::resident::{self, Cut};
+use powergs_core::flow::{FlowOutcome, FrameTask};
+use powergs_core::kernel::Memo;
+use powergs_core::kernel::timeline::Timeline;
+use powergs_core::machine::Machine;
+use powergs_core::sim::contract::{Trial, broken};
+use powergs_frame::splat::Ellipse;
+use powergs_frame::trace::Frame;
+use rand::RngExt;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+
+use crate::pipeline::slow_or;
+use crate::workload::support::{dense_frame, small_frame};
+
+/// A machine that has everything, small.
+const MACHINE: &str = r#"
+name = "resident"
+description = "for tests"
+dataflow = "resident"
+clock = "1 GHz"
+energy = "resident-28nm"
+
+[region]
+width = 64
+height = 64
+cut = "box"
+
+[gaussian]
+position = "12 B"
+shape = "32 B"
+colour = "48 B"
+colour-pitch = "64 B"
+feature = "36 B"
+feature-pitch = "64 B"
+entry = "8 B"
+pixel = "3 B"
+
+[front]
+units = 2
+operations-per-cycle = 426
+cull = 47
+project = 208
+shade = 133
+entries-per-cycle = 1
+latency = 30
+batch = 64
+queue = 4
+
+[order]
+units = 2
+ways = 16
+keys-per-cycle = 1
+latency = 4
+
+[raster]
+engines = 2
+lanes = 16
+latency = 3
+chunk = 32
+pixel-state = "16 B"
+
+[stores]
+records = { capacity = "32 KiB", word = "32 B", banks = 2, ports = "1rw" }
+results = { capacity = "16 KiB", word = "16 B", banks = 2, ports = "1rw" }
+keys = { capacity = "8 KiB", word = "16 B", banks = 8, ports = "1rw" }
+gaussians = { capacity = "8 KiB", word = "64 B", banks = 2, ports = "1rw" }
+pixels = { capacity = "256 KiB", word = "16 B", banks = 16, ports = "1r1w" }
+
+[dram]
+model = "bandwidth"
+efficiency = 0.8
+latency = "100 ns"
+device = "lpddr4-3200-x16x2"
+channels = 2
+mapping = "RoBaCoCh"
+controller-latency = "40 ns"
+"#;
+
+fn machine(sets: &[String]) -> Result<Machine, String> {
+    Machine::parse_with(MACHINE, sets).map_err(|e| e.to_string())
+}
+
+/// Entries of a frame, pixel by pixel: region, rank, steps, pixels, live ones.
+fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 5]> {
+    let camera = &frame.facts.camera;
+    let of = |own: u32, image: u32| if own == 0 { image } else { own };
+    let [w, h] = [of(shape.width, camera.width), of(shape.height, camera.height)];
+    let mut all = Vec::new();
+    let columns = camera.width.div_ceil(w);
+    for region in 0..columns * camera.height.div_ceil(h) {
+        let (left, top) = (region % columns * w, region / columns * h);
+        for (splat, rank) in frame.splats.iter().zip(0..) {
+            let Some(conic) = splat.conic() else { continue };
+            let radius = splat.radius();
+            let ellipse = Ellipse::new(splat, conic);
+            let is_covered = |x: u32, y: u32| {
+                let [dx, dy] = [x as f32 - splat.mean[0], y as f32 - splat.mean[1]];
+                let row = ellipse.as_ref().and_then(|e| e.columns(y.into(), i64::from(y) + 1));
+                let in_row = row.is_some_and(|(a, b)| (a..b).contains(&x.into()));
+                dx.abs() <= radius && dy.abs() <= radius && (shape.cut != Cut::Exact || in_row)
+            };
+            let (mut pixels, mut live, mut steps) = (0, 0, 0);
+            for y in top..(top + h).min(camera.height) {
+                let row = (left..(left + w).min(camera.width)).filter(|&x| is_covered(x, y));
+                let row: Vec<u32> = row.collect();
+                pixels += row.len() as u32;
+                steps += (row.len() as u32).div_ceil(shape.lanes);
+                let stop = |x: u32| frame.pixels.stop_rank[(y * camera.width + x) as usize];
+                live += row.iter().filter(|&&x| rank <= stop(x)).count() as u32;
+            }
+            if shape.cut == Cut::Box {
+                steps = pixels.div_ceil(shape.lanes);
+            }
+            if pixels > 0 {
+                all.push([region, rank, steps, pixels, live]);
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn regions_are_those_of_a_count_pixel_by_pixel() {
+    let shapes = [(16, 16, 4), (64, 64, 16), (0, 0, 16), (0, 8, 3), (25, 64, 7), (70, 20, 64)];
+    (0..4_u64).into_par_iter().for_each(|seed| {
+        let frame = small_frame(seed);
+        for (width, height, lanes) in shapes {
+            for cut in Cut::ALL {
+                let shape = RegionShape { width, height, cut, lanes };
+                let ours = ResidentFrame::new(&frame, shape);
+                let entries = (0..).zip(&ours.regions).flat_map(|(region, facts)| {
+                    ours.of(facts).iter().map(move |e| [region, e.rank, e.steps, e.pixels, e.live])
+                });
+                let expected = naive(&frame, shape);
+                assert_eq!(entries.collect::<Vec<_>>(), expected, "seed {seed}, {shape:?}");
+                for (region, facts) in (0..).zip(&ours.regions) {
+                    let own = expected.iter().filter(|entry| entry[0] == region);
+                    let last =
+                        own.clone().zip(1..).filter(|(e, _)| e[4] > 0).map(|(_, n)| n).last();
+                    assert!(facts.saturated >= last.unwrap_or(0), "nothing live is left out");
+                    assert_eq!(facts.entries as usize, own.count());
+                }
+                assert_eq!(RegionShape::of(&shape.key()), shape);
+            }
+        }
+    });
+}
+
+/// How many random machines step through random frames, and with `RUN_SLOW_TESTS=1`.
+const CASES: [u64; 2] = [500, 5000];
+
+/// A setting of a random machine: its key, and the values that it may have.
+type Choice = (&'static str, &'static [&'static str]);
+
+/// What all machines may differ in.
+const CHOICES: [Choice; 34] = [
+    ("region.cut", &["box", "rows", "exact"]),
+    ("region.width", &["0", "16", "64"]),
+    ("region.height", &["0", "16", "64"]),
+    ("gaussian.colour", &["0 B", "48 B", "180 B"]),
+    ("gaussian.colour-pitch", &["192 B"]),
+    ("gaussian.pixel", &["0 B", "3 B"]),
+    ("front.units", &["1", "3"]),
+    ("front.operations-per-cycle", &["1", "400", "20000"]),
+    ("front.entries-per-cycle", &["1", "4"]),
+    ("front.latency", &["0", "9"]),
+    ("front.batch", &["32", "64", "256"]),
+    ("front.queue", &["1", "2", "16"]),
+    ("order.units", &["1", "2", "5"]),
+    ("order.ways", &["2", "16"]),
+    ("order.keys-per-cycle", &["1", "4"]),
+    ("order.latency", &["0", "4"]),
+    ("raster.engines", &["1", "2", "3", "6"]),
+    ("raster.lanes", &["1", "4", "16", "256"]),
+    ("raster.latency", &["0", "3"]),
+    ("raster.chunk", &["1", "7", "64"]),
+    ("raster.saturation", &["false", "false", "true"]),
+    ("stores.records.capacity", &["1 KiB", "64 KiB"]),
+    ("stores.results.capacity", &["1 KiB", "16 KiB"]),
+    ("stores.keys.capacity", &["0 B", "1 KiB", "64 KiB"]),
+    ("stores.gaussians.capacity", &["0 B", "1 KiB", "64 KiB"]),
+    ("stores.pixels.capacity", &["192 KiB", "384 KiB", "1 MiB", "4 MiB"]),
+    ("stores.pixels.ports", &["1rw", "1r1w"]),
+    ("stores.pixels.banks", &["1", "16"]),
+    ("dram.model", &["bandwidth", "banked", "calibrated"]),
+    ("dram.channels", &["1", "2"]),
+    ("dram.latency", &["0 ns", "100 ns"]),
+    ("dram.second-master.rate", &["0 B/s", "0 B/s", "300 MB/s", "2 GB/s"]),
+    ("front.overlap", &["none", "none", "frames"]),
+    ("front.lazy", &["false", "false", "false", "true"]),
+];
+
+/// A buffer for a tail unit.
+const TAIL_STORE: &str =
+    r#"stores.tail={ capacity = "32 KiB", word = "64 B", banks = 1, ports = "1rw" }"#;
+
+/// What those with tail units may differ in besides.
+const TAIL: [Choice; 4] = [
+    ("tail.share", &["0.1", "0.5", "1.0"]),
+    ("tail.lanes", &["1", "4"]),
+    ("tail.latency", &["0", "3"]),
+    (
+        "stores.tail",
+        &[
+            r#"{ capacity = "64 B", word = "64 B", banks = 1, ports = "1rw" }"#,
+            r#"{ capacity = "1 KiB", word = "64 B", banks = 2, ports = "1rw" }"#,
+            r#"{ capacity = "64 KiB", word = "64 B", banks = 2, ports = "1rw" }"#,
+        ],
+    ),
+];
+
+/// What those with depth slices may differ in besides.
+const SLICES: [Choice; 3] = [
+    ("region.slices", &["2", "3"]),
+    ("compose.lanes", &["1", "4", "64"]),
+    ("compose.through", &["dram", "stores"]),
+];
+
+fn draw((key, values): &Choice, dice: &mut Pcg64Mcg) -> String {
+    format!("{key}={}", values[dice.random_range(0..values.len())])
+}
+
+/// The settings of a random machine.
+fn settings(dice: &mut Pcg64Mcg) -> Vec<String> {
+    let more: &[Choice] = match dice.random_range(0..3) {
+        0 => &TAIL,
+        1 => &SLICES,
+        _ => &[],
+    };
+    CHOICES.iter().chain(more).map(|choice| draw(choice, dice)).collect()
+}
+
+/// A machine that differs in one key, and needs the same of a frame.
+fn another(than: &Machine, sets: &[String], dice: &mut Pcg64Mcg) -> Machine {
+    loop {
+        let one = draw(&CHOICES[dice.random_range(0..CHOICES.len())], dice);
+        if let Ok(other) = machine(&[sets, &[one]].concat())
+            && other.flow().work_key(&other) == than.flow().work_key(than)
+        {
+            return other;
+        }
+    }
+}
+
+fn run(machine: &Machine, work: &ResidentFrame, memo: &Memo) -> Option<FlowOutcome> {
+    machine.flow().run(&FrameTask::first(machine, work, memo), None).ok()
+}
+
+/// Compares a frame on a machine with the oracle, alone and with what another machine left in the
+/// memo; the symbols of states that came up.
+fn compare(seed: u64) -> Option<String> {
+    let mut dice = Pcg64Mcg::seed_from_u64(seed);
+    let sets = settings(&mut dice);
+    // What was drawn may contradict itself.
+    let machine = machine(&sets).ok()?;
+    let frame = small_frame(seed % 50);
+    let work = ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine)));
+    let memo = Memo::default();
+    let task = FrameTask::first(&machine, &work, &memo);
+    machine.flow().fits(&task).ok()?;
+    let mut timeline = Timeline::default();
+    let observer = Some(&mut timeline as &mut dyn powergs_core::kernel::timeline::Observer);
+    let alone = machine.flow().run(&task, observer).expect("it fits");
+    let calibration = resident::calibration(&machine, &work, &memo);
+    let seen = oracle::run(&machine, &work, calibration.as_deref());
+    let (drawn, expected) = (timeline.draw(), seen.draw());
+    let case = || format!("seed {seed}\n{machine:#?}");
+    if drawn != expected {
+        let at = drawn.lines().zip(expected.lines()).map(|(a, b)| {
+            a.bytes().zip(b.bytes()).position(|(a, b)| a != b).unwrap_or(a.len().min(b.len()))
+        });
+        let at = at.min().unwrap_or(0).saturating_sub(60);
+        let part = |text: &str| -> String {
+            let line = |line: &str| -> String {
+                let name = line.split('|').next().unwrap_or("");
+                format!("{name:<10}{}\n", line.chars().skip(at).take(120).collect::<String>())
+            };
+            text.lines().map(line).collect()
+        };
+        panic!("from {at}, flow:\n{}\noracle:\n{}\n{}", part(&drawn), part(&expected), case());
+    }
+    assert_eq!(alone.timing.frame, seen.frame, "{}", case());
+    assert_eq!(alone.timing.preprocessing_end, seen.preprocessing_end, "{}", case());
+    assert_eq!(alone.timing.dram.requests_served, seen.requests, "{}", case());
+    assert_eq!(alone.served.stages.map(|stage| stage.read), seen.read, "{}", case());
+    assert_eq!(alone.served.stages.map(|stage| stage.write), seen.write, "{}", case());
+    let cycles: u64 =
+        alone.timing.units.iter().map(|unit| seen.frame * u64::from(unit.instances)).sum();
+    let spans: u64 = timeline.spans.iter().map(|span| span.to - span.from).sum();
+    assert_eq!(spans, cycles, "every cycle of every unit is one of its states, {}", case());
+    let memo = Memo::default();
+    let other = another(&machine, &sets, &mut dice);
+    let first = run(&other, &work, &memo);
+    assert_eq!(first, run(&other, &work, &Memo::default()), "the other one, {}", case());
+    let shared = run(&machine, &work, &memo);
+    assert_eq!(shared.as_ref(), Some(&alone), "behind another one: {other:#?}\n{}", case());
+    let mut symbols: Vec<(&str, char)> = (drawn.lines())
+        .filter_map(|line| line.split_once('|'))
+        .flat_map(|(unit, row)| row.chars().map(move |symbol| (unit, symbol)))
+        .map(|(unit, symbol)| (unit.trim_end_matches([' ', '0', '1', '2', '3', '4', '5']), symbol))
+        .map(|(unit, symbol)| (unit, if symbol.is_ascii_digit() { '0' } else { symbol }))
+        .collect();
+    symbols.sort_unstable();
+    symbols.dedup();
+    Some(symbols.iter().map(|(unit, symbol)| format!("{unit}:{symbol} ")).collect())
+}
+
+#[test]
+fn machines_equal_the_cycle_by_cycle_oracle() {
+    let all = (0..slow_or(CASES)).into_par_iter().filter_map(compare);
+    let all: Vec<String> = all.collect();
+    assert!(all.len() as u64 > slow_or(CASES) / 4, "{} of them", all.len());
+    // The cases reach every state that the rules know; others never come up.
+    let mut reached: Vec<&str> = all.iter().flat_map(|one| one.split_whitespace()).collect();
+    reached.sort_unstable();
+    reached.dedup();
+    let expected = "compose:. compose:0 compose:z front:. front:0 front:o front:r order:. order:0 \
+                    order:l order:o order:s raster:. raster:0 raster:f raster:i raster:k raster:o \
+                    raster:t raster:v tail:. tail:0 tail:f";
+    assert_eq!(reached, expected.split(' ').collect::<Vec<_>>());
+}
+
+#[test]
+fn it_keeps_the_laws() {
+    let frames = [small_frame(0), dense_frame(1)];
+    let trial = Trial {
+        machine: MACHINE,
+        variants: &[
+            &[],
+            &["region.slices=2", "compose.lanes=4", "stores.pixels.capacity=512 KiB"],
+            &["tail.share=0.3", "tail.latency=9", TAIL_STORE],
+            &["front.lazy=true", "raster.engines=1", "raster.saturation=true", "region.width=16"],
+            &["dram.model=banked", "front.overlap=frames", "region.cut=exact"],
+        ],
+        frames: &frames,
+        settled: &["raster.saturation=false"],
+        // A front that asks for more at once is in the way of the engines.
+        slack: 0.1,
+        idle_keys: &[],
+    };
+    assert_eq!(broken(&trial), Vec::<String>::new());
+}
