@@ -204,6 +204,15 @@ impl Context {
     }
 }
 
+/// The program: answers shells that complete, parses the command line, dispatches, and turns the
+/// outcome into an exit code.
+pub fn main() -> std::process::ExitCode {
+    completions::answer();
+    let cli: Cli = usage::parse();
+    let exit = startup::start(&cli.global, cli.command.drawing(), |context| run(&cli, context));
+    std::process::ExitCode::from(exit as u8)
+}
+
 /// Runs one command.
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {

@@ -10,8 +10,9 @@ fn every_example_runs() {
     let test = std::env::current_exe().expect("a path");
     let folder = test.parent().and_then(Path::parent).expect("target/PROFILE").join("examples");
     let sources = std::fs::read_dir(root.join("examples")).expect("examples");
-    let names =
-        sources.filter_map(|e| Some(e.expect("an entry").path().file_stem()?.to_str()?.to_owned()));
+    let programs = sources.map(|entry| entry.expect("an entry").path());
+    let programs = programs.filter(|path| path.extension().is_some_and(|end| end == "rs"));
+    let names = programs.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()));
     // Seeds are written into the repository's own folder, by hand.
     let mut names: Vec<String> = names.filter(|name| name != "fuzz_seeds").collect();
     names.sort();
@@ -19,7 +20,15 @@ fn every_example_runs() {
     for name in names {
         let program = folder.join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
         assert!(program.exists(), "{}: cargo build --examples", program.display());
-        let run = Command::new(&program).current_dir(root).assert().success();
+        // The whole program with a dataflow of its own.
+        let replay = ["replay", "traces/demo.bin", "--arch", "examples/own_flow/unsorted.toml"];
+        let arguments = if name == "own_flow" { &replay[..] } else { &[] };
+        let home = tempfile::tempdir().expect("a folder");
+        let out = ["--out".to_owned(), home.path().join("report").display().to_string()];
+        let out = if name == "own_flow" { &out[..] } else { &[] };
+        let mut command = Command::new(&program);
+        command.current_dir(root).args(arguments).args(out);
+        let run = command.assert().success();
         let said = String::from_utf8_lossy(&run.get_output().stdout).into_owned();
         assert!(said.lines().count() >= 2 && said.contains(|c: char| c.is_ascii_digit()), "{said}");
     }

@@ -16,6 +16,7 @@ mod geometry;
 mod headset;
 mod lpips;
 mod optimize;
+mod own_flow;
 mod own_unit;
 mod pareto;
 mod photos;

@@ -2,6 +2,7 @@
 //! [`FrameReport`].
 
 pub mod check;
+pub mod contract;
 pub mod cost;
 mod pair;
 pub mod paper;
