@@ -1,9 +1,9 @@
 //! Resident: the pixels of a region stay on chip, and each Gaussian of its list passes once through
 //! all of them. Vorion; GCC and GSAcc in part.
 //!
-//! The image is cut into regions: tiles of any size, bands, or the whole. The [front](front)
-//! converts Gaussians and writes a list of those that meet each region; [order units](order) sort
-//! the lists; [engines](engine) take one Gaussian of a list after the other through the pixels that
+//! The image is cut into regions: tiles of any size, bands, or the whole. The front
+//! converts Gaussians and writes a list of those that meet each region; order units sort
+//! the lists; engines take one Gaussian of a list after the other through the pixels that
 //! it covers, as many at a time as there are lanes, whether these pixels have stopped or not. Only
 //! the region as a whole may stop (`raster.saturation`). The back of a list may go to a unit that
 //! works pixel by pixel and leaves each one when it stops (`tail`); a list may be cut along depth
