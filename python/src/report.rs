@@ -15,7 +15,9 @@ use crate::trace::Target;
 use crate::watch::{self, Counts};
 use powergs_base::config::suggest::nearest;
 use powergs_core::run::session::Target as Ran;
-use powergs_core::sim::statistics::{Aggregate, Kind, Statistic, Value, catalogue, find, values};
+use powergs_core::sim::statistics::{
+    Aggregate, Kind, Statistic, Value, catalogue, find, shown, values,
+};
 use powergs_core::stage::stage;
 use powergs_report as report;
 use powergs_study::findings::what_if::Step;
@@ -117,6 +119,11 @@ impl Report {
         })
     }
 
+    /// What machines like this one may have, by places in the catalogue.
+    fn shown(&self) -> Vec<usize> {
+        shown(|i| self.record.aggregates[i].is_some())
+    }
+
     fn rows(&self) -> Vec<Row> {
         let State::Live(live) = &self.state else {
             let frames = self.json()["frames"].as_array().map_or(&[][..], Vec::as_slice);
@@ -187,7 +194,8 @@ impl Report {
             Column::count("frame", "1", "Position in the trace.", rows.iter().map(|row| row.0)),
             Column::text("name", "Name of the view.", rows.iter().map(|row| row.1.as_ref())),
         ];
-        let statistics = catalogue().iter().enumerate().map(|one| column(one, &rows));
+        let own = self.shown();
+        let statistics = own.iter().map(|&i| column((i, &catalogue()[i]), &rows));
         Table::new(first.into_iter().chain(statistics))
     }
 
@@ -195,10 +203,11 @@ impl Report {
     /// ``p95``, ``p99``, ``max`` and ``definition``.
     #[getter]
     fn summary(&self) -> PyResult<Table> {
-        let all = catalogue();
+        let own = self.shown();
+        let all: Vec<&Statistic> = own.iter().map(|&i| &catalogue()[i]).collect();
         let part = |i: usize, what: &'static str| {
-            let value = |all: &Option<Aggregate>| Some((*all)?.parts()[i].as_f64());
-            Column::real(Aggregate::PARTS[i], "", what, self.record.aggregates.iter().map(value))
+            let value = |at: &usize| Some(self.record.aggregates[*at]?.parts()[i].as_f64());
+            Column::real(Aggregate::PARTS[i], "", what, own.iter().map(value))
         };
         Table::new([
             Column::text("statistic", "Its name.", all.iter().map(|s| Some(&s.name))),
