@@ -2,7 +2,8 @@
 //!
 //! A host converts Gaussians; each blending unit takes a tile, reads the Gaussians that touch it in
 //! chunks, in the order in which they are stored, adds them up for every pixel that they cover, and
-//! divides by the weights at the end. Nothing is sorted and nothing stops early.
+//! divides by the weights at the end. Nothing is sorted and nothing stops early. Its `calibrated`
+//! memory is the flat one, because it says nothing of a run to calibrate it with.
 //!
 //! ```sh
 //! cargo run --release --example own_flow -- \
@@ -54,18 +55,16 @@ pub struct BlenderSpec {
     pub store: BufferSpec,
 }
 
-/// All tables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Unsorted {
+struct Unsorted {
     /// Units that add up and divide.
-    pub blender: BlenderSpec,
+    blender: BlenderSpec,
 }
 
 flow::flow_tables!(Unsorted, UnsortedFlow, [blender]);
 
-/// The only stage.
-pub const BLENDER: StageDecl = StageDecl {
+const BLENDER: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<BlenderSpec>().units),
     works: &[work("normalise", 4, "One pixel divided by its weight.").a_cycle(|_| 1.0)],
     also_works: &[

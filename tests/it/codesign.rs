@@ -238,6 +238,9 @@ fn bad_input_is_refused_with_what_to_do() {
         12,
     );
     fails(at, &[], Exit::Usage, "change the picture");
+    let resident = "[machine]\nbase = \"vorion\"\n\n[machine.set]";
+    stage(at, &SPACE.replace("[machine.set]", resident), 12);
+    fails(at, &[], Exit::Usage, "dataflow = \"resident\"");
     assert!(!at.join("run").exists(), "nothing was written");
     stage(at, SPACE, 12);
     fails(at, &["--quality-db", "90"], Exit::GoalMissed, "reaches the quality");

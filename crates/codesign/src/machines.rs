@@ -4,6 +4,8 @@ use toml::{Table, Value};
 use xxhash_rust::xxh3::xxh3_128;
 
 use powergs_base::config::embedded::{MACHINES, find};
+use powergs_core::flow;
+use powergs_core::flow::tile_wise::RecordSpec;
 use powergs_core::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
@@ -68,6 +70,17 @@ impl Machines {
         };
         let system = System::load(&system, &DiskFiles)?;
         let base = system.with(&changes(&spec.set, origin)?)?;
+        // Models decide the record, and only this dataflow reads records of every kind.
+        let flow = base.machine().flow().key();
+        if base.machine().tables.get::<RecordSpec>().is_none() {
+            let known = flow::DEFAULT;
+            let what = format!(
+                "base machine `{}` has `dataflow = \"{flow}\"`; co-design makes records for \
+                 \"{known}\": take such a machine (`gscore`)",
+                base.machine().name
+            );
+            return Err(RunError::config(origin, what));
+        }
         let mut file = sweep_file(spec, text).map_err(|e| RunError::config(origin, e))?;
         let is_usual = file.energy.is_empty() && find(MACHINES, &spec.base).is_some();
         if is_usual {

@@ -69,6 +69,17 @@ pub enum Invalid {
          fovea.accumulators to 1 or 2, or take another machine"
     )]
     NoFovea(String),
+    /// A machine whose dataflow shows no levels.
+    #[error(
+        "foveation: the machine {machine} cannot show foveated frames: no machine with \
+         `dataflow = \"{flow}\"` does; take another one (gscore)"
+    )]
+    NoLevels {
+        /// Its name.
+        machine: String,
+        /// Its dataflow.
+        flow: &'static str,
+    },
 }
 
 /// Checks that a number lies in its range.

@@ -15,12 +15,11 @@ use powergs_core::run::frames::eyes;
 use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
 use powergs_core::sim::{FrameReport, Label, SimError};
-use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
-use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::Component;
 use powergs_energy::action::Phase;
 use powergs_frame::display::Display;
+use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};
 
@@ -93,23 +92,12 @@ impl RenderedFrame {
         }
     }
 
-    /// Its workload under a geometry.
-    ///
-    /// # Errors
-    /// [`Unbinnable`]: lists that take more than `memory`.
-    fn workload(
-        self,
-        camera: &Camera,
-        background: [f32; 3],
-        geometry: Geometry,
-        memory: Budget,
-    ) -> Result<FrameWorkload, Unbinnable> {
-        let frame = match self {
+    /// What a trace has of it.
+    fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
+        match self {
             RenderedFrame::Plain(rendered) => rendered.into_frame(camera, background),
             RenderedFrame::Foveated(frame) => frame.into_frame(camera, background),
-        };
-        demand(&frame, geometry, memory)?;
-        Ok(bin(&frame, geometry))
+        }
     }
 }
 
@@ -302,9 +290,11 @@ impl CycleOracle {
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<FrameReport, SimError> {
-        let geometry = self.system.machine().tiles().geometry;
-        let workload = shot.workload(camera, background, geometry, self.memory)?;
-        self.system.simulate(Label::default(), &workload)
+        let frame = shot.into_frame(camera, background);
+        let machine = self.system.machine();
+        let (flow, key) = (machine.flow(), machine.flow().work_key(machine));
+        flow.demand(&frame, &key, self.memory)?;
+        self.system.simulate(Label::default(), &*flow.prepare(&frame, &key))
     }
 
     /// What [`PowerOracle::frame`] says of a frame with this report.

@@ -1,5 +1,6 @@
 //! What is asked of an optimisation: inputs, targets, and what is made for comparison.
 
+use powergs_core::flow::tile_wise::{FoveaSpec, VruSpec};
 use powergs_core::run::{PaperModel, RunError};
 use powergs_core::workload::paper::Padding;
 use powergs_frame::display::Display;
@@ -288,11 +289,15 @@ impl Foveation {
         screen.check().map_err(Invalid::from)?;
         Foveation::check_filter(filter_flops)?;
         let machine = clock.system.machine();
-        if machine.tiles().fovea.accumulators == 0 {
+        let (fovea, vru) = (machine.tables.get::<FoveaSpec>(), machine.tables.get::<VruSpec>());
+        let (Some(fovea), Some(vru)) = (fovea, vru) else {
+            let (machine, flow) = (machine.name.clone(), machine.flow().key());
+            return Err(Invalid::NoLevels { machine, flow }.into());
+        };
+        if fovea.accumulators == 0 {
             return Err(Invalid::NoFovea(machine.name.clone()).into());
         }
-        let lanes =
-            f64::from(machine.tiles().vru.cores) * f64::from(machine.tiles().vru.units_per_core);
+        let lanes = f64::from(vru.cores) * f64::from(vru.units_per_core);
         let filter = FilterCost {
             flops: filter_flops,
             flop_pj: PaperModel::new(Padding::TrueTiles)?.prices.flop_pj,

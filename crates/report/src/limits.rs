@@ -137,7 +137,8 @@ const PAGE: &str = "\
 
 Every report of the `cycle` model ends with this list (`summary.md`, `not_modelled` in `--json`). \
 *Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
-time. The A-numbers are explained in [model-accel.md](model-accel.md) and [model.md](model.md). \
+time. The A-numbers are explained in [model-accel.md](model-accel.md), \
+[model-resident.md](model-resident.md) and [model.md](model.md). \
 Beside it a report names the assumptions that mattered most in that run: those behind the \
 resources that move the frame time by 3 % or more when they are doubled (`--what-if`), those whose \
 prices move the power by 3 % or more, and those without such a knob behind every part of 15 % or \
@@ -147,8 +148,8 @@ prices of a DRAM device are those of assumptions that its file cites), one at a 
 the three that move the power most (`prices` in `--json` has all that move it by 0.5 %). They say \
 nothing of one another: two that are wrong the same way add up.
 
-Another question is which accelerators a machine file can describe at all: there is one dataflow, \
-tile-wise sort-then-blend. [what-fits.md](what-fits.md) says which published designs fit it, which \
-do not, and what keys like `record.feature` do not change.
+Another question is which accelerators a machine file can describe at all: there are two \
+dataflows, tile-wise sort-then-blend and resident pixels. [what-fits.md](what-fits.md) says which \
+published designs fit them, which do not, and what keys like `record.feature` do not change.
 
 ";

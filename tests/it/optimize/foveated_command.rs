@@ -106,6 +106,7 @@ fn screens_and_machines_that_cannot_be_are_refused() {
     refused(&["--pooling-rate", "nan"], "pooling rate");
     refused(&["--pooling-rate", "-1"], "pooling rate");
     refused(&["--arch", "flicker"], "fovea.accumulators");
+    refused(&["--arch", "vorion"], "another --arch (gscore)");
     refused(&["--set", "fovea.accumulators=0"], "fovea.accumulators");
     refused(&["--level-effort", "0"], "--level-effort");
     for screen in ["0", "180", "-90", "nan", "wide"] {
