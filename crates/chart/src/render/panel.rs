@@ -194,7 +194,7 @@ fn names_room(names: &[Name], most: f64) -> f64 {
 /// Whether a title stands level beside names: it is the name of a unit, not a sentence.
 fn is_short(axis: &Axis) -> bool {
     let names = matches!(axis.scale, Scale::Names(_));
-    names && (1..=6).contains(&axis.title.chars().count())
+    names && (1..=8).contains(&axis.title.chars().count())
 }
 
 fn bold_width(text: &str) -> f64 {

@@ -15,12 +15,14 @@ const TITLE: &str = "Where the cycles go";
 const SHARE: &str = "share of the unit's cycles, %";
 
 /// Colours of waits for the memory, in their order.
-const OF_MEMORY: [Colour; 4] = [Colour::NAVY, Colour::BLUE, Colour::PURPLE, Colour::SKY];
+const OF_MEMORY: [Colour; 5] =
+    [Colour::NAVY, Colour::BLUE, Colour::PURPLE, Colour::SKY, Colour::INK];
 
-/// Colours of waits for other units.
+/// Colours of waits for other units: those of tail units, late conversion and depth slices exclude
+/// each other.
 const OF_UNITS: [Colour; 2] = [Colour::YELLOW, Colour::INDIGO];
 
-/// Colours of [`UnitPart::all`]: waits for the memory are blues and purple, other waits are warm.
+/// Colours of [`UnitPart::all`]: waits for the memory are blues, purple and black, other waits are warm.
 pub(crate) fn colours() -> Vec<Colour> {
     let (mut memory, mut units) = (OF_MEMORY.into_iter().cycle(), OF_UNITS.into_iter().cycle());
     let wait = |cause: Stall| match (cause, cause.words().from) {

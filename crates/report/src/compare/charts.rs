@@ -196,13 +196,16 @@ fn cycles(sides: &[Side], subtitle: String) -> Chart {
     };
     let units: Vec<StageId> = hardware().units().map(|(id, _)| id).filter(has).collect();
     units.iter().enumerate().fold(chart, |chart, (u, &unit)| {
-        let bar = |(i, side): (usize, &Side)| {
-            let shares = side.statistics.has_time().then(|| side.statistics.unit_shares(unit))?;
-            Some(cycles_bar(i, shares.into_iter().zip(cycles_colours())))
+        // Machines without such units have no row.
+        let own = sides.iter().filter(|side| side.statistics.mean(Key::Instances(unit)).is_some());
+        let own: Vec<&Side> = own.collect();
+        let bar = |(i, side): (usize, &&Side)| {
+            let shares = side.statistics.unit_shares(unit);
+            cycles_bar(i, shares.into_iter().zip(cycles_colours()))
         };
-        let bars: Vec<Bar> = sides.iter().enumerate().filter_map(bar).collect();
+        let bars: Vec<Bar> = own.iter().enumerate().map(bar).collect();
         let x = if u + 1 < units.len() { cycles_axis().hidden() } else { cycles_axis() };
-        let mut y = Axis::names(sides.iter().map(|s| s.label.as_str()));
+        let mut y = Axis::names(own.iter().map(|s| s.label.as_str()));
         y.title = stage(unit).key.into();
         chart.panel(Panel::new(x, y).mark(Mark::Bars(bars)))
     })
