@@ -217,10 +217,14 @@ const TAIL: [Choice; 4] = [
 ];
 
 /// What those with depth slices may differ in besides.
-const SLICES: [Choice; 3] = [
+const SLICES: [Choice; 6] = [
     ("region.slices", &["2", "3"]),
     ("compose.lanes", &["1", "4", "64"]),
-    ("compose.through", &["dram", "stores"]),
+    ("compose.through", &["dram", "stores", "stores"]),
+    // Small regions in small buffers, so that slices that stay are in the way.
+    ("region.width", &["16", "16", "64"]),
+    ("region.height", &["16", "16", "0"]),
+    ("stores.pixels.capacity", &["12 KiB", "24 KiB", "4 MiB"]),
 ];
 
 fn draw((key, values): &Choice, dice: &mut Pcg64Mcg) -> String {
@@ -323,7 +327,7 @@ fn machines_equal_the_cycle_by_cycle_oracle() {
     reached.dedup();
     let expected = "compose:. compose:0 compose:z front:. front:0 front:o front:r order:. order:0 \
                     order:l order:o order:s raster:. raster:0 raster:f raster:i raster:k raster:o \
-                    raster:t raster:v tail:. tail:0 tail:f";
+                    raster:t raster:v raster:y tail:. tail:0 tail:f";
     assert_eq!(reached, expected.split(' ').collect::<Vec<_>>());
 }
 

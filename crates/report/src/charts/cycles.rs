@@ -22,7 +22,7 @@ const OF_MEMORY: [Colour; 5] =
 /// each other.
 const OF_UNITS: [Colour; 2] = [Colour::YELLOW, Colour::INDIGO];
 
-/// Colours of [`UnitPart::all`]: waits for the memory are blues, purple and black, other waits are warm.
+/// Colours of [`UnitPart::all`]: waits for the memory are blues, purple and black, others warm.
 pub(crate) fn colours() -> Vec<Colour> {
     let (mut memory, mut units) = (OF_MEMORY.into_iter().cycle(), OF_UNITS.into_iter().cycle());
     let wait = |cause: Stall| match (cause, cause.words().from) {

@@ -35,7 +35,7 @@ use std::collections::VecDeque;
 use super::layout::Place;
 use super::stages::{
     COMPOSE, GAUSSIANS, PIXELS, RASTER, TAIL, TAIL_IN, WAITS_COMPOSITION, WAITS_CONVERSION,
-    WAITS_FEATURES, WAITS_SLICES, WAITS_TAIL,
+    WAITS_FEATURES, WAITS_OTHERS, WAITS_SLICES, WAITS_TAIL,
 };
 use super::work::RegionEntry;
 use super::{ComposePath, RegionShared};
@@ -239,7 +239,11 @@ impl Engine {
                     }
                     (false, ComposePath::Stores) => Output::Held,
                     (true, ComposePath::Dram) => Output::Waits,
-                    (true, ComposePath::Stores) => self.compose(now, pixels, shared),
+                    (true, ComposePath::Stores) => {
+                        // Who holds a slice waits for something else from now on.
+                        shared.woken = true;
+                        self.compose(now, pixels, shared)
+                    }
                 }
             }
             Output::Waits if shared.slices[job.region as usize].written + 1 == slices => {
@@ -493,10 +497,14 @@ impl Engine {
         };
         let raster = match (self.jobs.front(), self.raster) {
             (None, _) => State::Idle,
-            (Some(_), Raster::Waits) => {
-                let is_held = matches!(self.output.front(), Some((_, Output::Held)));
-                State::Stalled(if is_held { WAITS_COMPOSITION } else { Stall::OUTPUT })
-            }
+            (Some(_), Raster::Waits) => State::Stalled(match self.output.front() {
+                Some((held, Output::Held)) => {
+                    let ended = shared.slices[held.region as usize].ended;
+                    let is_whole = ended == shared.machine.region.slices;
+                    if is_whole { WAITS_COMPOSITION } else { WAITS_OTHERS }
+                }
+                _ => Stall::OUTPUT,
+            }),
             (Some(job), Raster::Chunks(Some(_))) => State::Busy(job.region),
             (Some(job), Raster::Drains(until)) if until > now => State::Busy(job.region),
             (Some(job), Raster::Drains(_)) => {

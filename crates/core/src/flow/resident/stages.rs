@@ -131,10 +131,18 @@ pub const RASTER_DECL: StageDecl = StageDecl {
             from: From::Stage("front"),
         },
         WaitDecl {
-            name: "composition",
+            name: "others",
             what: "other depth slices of its region",
+            short: "other slices",
+            because: "other engines had not ended their slices of its region",
+            symbol: 'y',
+            from: From::Stage("raster"),
+        },
+        WaitDecl {
+            name: "composition",
+            what: "the composing unit",
             short: "composition",
-            because: "pixels stay in their buffer until their region is put together",
+            because: "its region was being put together",
             symbol: 'k',
             from: From::Stage("compose"),
         },
@@ -279,6 +287,8 @@ pub const WAITS_FEATURES: Stall = Stall::of("features");
 pub const WAITS_TAIL: Stall = Stall::of("tail");
 /// Waits for the front.
 pub const WAITS_CONVERSION: Stall = Stall::of("conversion");
+/// Waits for slices of other engines.
+pub const WAITS_OTHERS: Stall = Stall::of("others");
 /// Waits for the composing unit of another engine.
 pub const WAITS_COMPOSITION: Stall = Stall::of("composition");
 /// Waits for slices.

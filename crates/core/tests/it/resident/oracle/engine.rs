@@ -68,6 +68,8 @@ pub struct Engine {
     gaussians: Room,
     tail_in: Room,
     pixels: Room,
+    /// Why there is no room for the pixels of a region, if there is none.
+    no_room: char,
 }
 
 /// Step 4: the oldest chunk that can go on.
@@ -117,6 +119,7 @@ impl Engine {
             gaussians: of(&m.stores.gaussians),
             tail_in: of(&m.stores.tail),
             pixels: of(&m.stores.pixels),
+            no_room: 'o',
         }
     }
 
@@ -132,6 +135,17 @@ impl Engine {
         go_on(&mut self.chunks, world);
         self.begin(world);
         self.fetch(world);
+        // What it sees when it is its turn.
+        self.no_room = match self.output.front() {
+            Some((job, Output::Held)) => {
+                if world.ended[job.region] == world.m.region.slices {
+                    'k'
+                } else {
+                    'y'
+                }
+            }
+            _ => 'o',
+        };
     }
 
     fn put_out(&mut self, world: &mut World) {
@@ -353,10 +367,8 @@ impl Engine {
 
     pub fn raster_symbol(&self, world: &World) -> char {
         let Some(job) = self.jobs.front() else { return '.' };
-        let is_held = matches!(self.output.front(), Some((_, Output::Held)));
         match self.raster {
-            Raster::NoRoom if is_held => 'k',
-            Raster::NoRoom => 'o',
+            Raster::NoRoom => self.no_room,
             Raster::Works(_) => digit(job.region as u32),
             Raster::Drains(left) if left > 0 => digit(job.region as u32),
             Raster::Drains(_) if world.in_order[job.region] => 't',
