@@ -40,6 +40,7 @@ from ._powergs import (
     validate,
 )
 from .errors import ConfigError, GoalMissed, InputError, InternalError, PowergsError
+from .runs import write_run
 from .sweeps import Candidate, Designs, Space, sweep
 
 __all__ = [
@@ -80,4 +81,5 @@ __all__ = [
     "sweep",
     "synth",
     "validate",
+    "write_run",
 ]

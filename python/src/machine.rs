@@ -341,7 +341,10 @@ impl Machine {
     /// What tells this machine from others: its files, with all changes made. Stores use it.
     #[getter]
     fn _key(&self) -> BTreeMap<String, String> {
-        parts(&self.name, &self.system).1.into_iter().map(|(role, file)| (role, file.3)).collect()
+        let files = parts(&self.name, &self.system).1.into_iter();
+        let attached = self.system.read(FileKind::Machine).into_iter().flat_map(|f| f.attached());
+        let attached = attached.map(|run| (run.role.to_owned(), format!("{:032x}", run.xxh3)));
+        files.map(|(role, file)| (role, file.3)).chain(attached).collect()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {

@@ -11,12 +11,14 @@ use crate::error::{Fault, closed};
 use crate::frames::SharedFrames;
 use crate::machine::{DISPLAY, Machine, path_text};
 use crate::report::{Live, Report};
+use crate::table::{Column, Table};
 use crate::value::display_rate;
 use crate::watch::{self, Counts};
 use powergs_base::budget::Budget;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, Frames, PaperModel, System, TraceFile};
 use powergs_core::workload::paper::Padding;
+use powergs_frame::splat::Splat;
 
 /// Frames of a scene, independent of any machine: made by ``Scene.extract`` or the command
 /// ``powergs-sim extract``.
@@ -157,6 +159,56 @@ impl Trace {
         let work = move |shared: &watch::Shared| frames.loaded(shared);
         let frames = watch::run(py, progress, (Counts::Steps, "frames"), work)?;
         Ok(Trace { frames, path: self.path.clone() })
+    }
+
+    /// What each frame goes by in the file of a run (``write_run``): a hash of what is in it.
+    #[pyo3(signature = (*, progress=None))]
+    fn ids(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+        let mut frames = self.frames()?;
+        let work = move |shared: &watch::Shared| {
+            let range = frames.range();
+            shared.total(range.len() as u64);
+            let mut ids = Vec::new();
+            for position in range.take_while(|_| !shared.is_over()) {
+                ids.push(format!("{:016x}", frames.take(position)?.get()?.id()));
+                shared.advance(1);
+            }
+            Ok::<_, Fault>(ids)
+        };
+        watch::run(py, progress, (Counts::Steps, "frames"), work)
+    }
+
+    /// The visible splats of one frame in depth order, as ``powergs-sim trace dump`` writes them:
+    /// ``trace[3].splats()``.
+    fn splats(&self, py: Python<'_>) -> PyResult<Table> {
+        let mut frames = self.frames()?;
+        if frames.range().len() != 1 {
+            return Err(PyValueError::new_err("splats of one frame: trace[0].splats()"));
+        }
+        let work = move |_: &watch::Shared| {
+            let frame = frames.take(frames.range().start)?.get()?;
+            Ok::<_, Fault>(frame)
+        };
+        let frame = watch::run(py, None, (Counts::Steps, "frames"), work)?;
+        let number = |name: &str, means: &str, of: fn(usize, &Splat) -> u64| {
+            let all = frame.splats.iter().enumerate().map(|(rank, splat)| Some(of(rank, splat)));
+            Column::count(name, "", means, all)
+        };
+        let real = |name: &str, unit: &str, means: &str, of: fn(&Splat) -> f32| {
+            let all = frame.splats.iter().map(|splat| Some(f64::from(of(splat))));
+            Column::real(name, unit, means, all)
+        };
+        Table::new([
+            number("rank", "Position in depth order.", |rank, _| rank as u64),
+            number("index", "Position in the scene.", |_, s| u64::from(s.index)),
+            real("depth_world", "", "Depth in view space, world units.", |s| s.depth),
+            real("mean_x_px", "px", "Centre; centres of pixels are whole numbers.", |s| s.mean[0]),
+            real("mean_y_px", "px", "Centre; centres of pixels are whole numbers.", |s| s.mean[1]),
+            real("cov_xx_px2", "px²", "Covariance, low-pass included.", |s| s.cov[0]),
+            real("cov_xy_px2", "px²", "Covariance, low-pass included.", |s| s.cov[1]),
+            real("cov_yy_px2", "px²", "Covariance, low-pass included.", |s| s.cov[2]),
+            real("opacity", "", "Opacity, 0 to 1.", |s| s.opacity),
+        ])
     }
 
     /// Runs the frames on a machine.

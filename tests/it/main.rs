@@ -10,6 +10,7 @@ mod config;
 mod contract;
 mod docs;
 mod dram;
+mod elsewhere;
 mod examples;
 mod fovea;
 mod geometry;

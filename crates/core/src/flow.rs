@@ -7,6 +7,7 @@
 use std::any::{Any, TypeId};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::io::Read;
 use std::sync::{Mutex, PoisonError};
 
 use schemars::JsonSchema;
@@ -26,12 +27,14 @@ use powergs_base::config::embedded::{Embedded, MACHINES};
 use powergs_base::config::schema_of;
 use powergs_base::config::suggest::nearest;
 use powergs_base::number::NumberFormat;
+use powergs_energy::action::Inventory;
 use powergs_frame::scene::{Eye, ShDegree};
 use powergs_frame::splat::Counters;
 use powergs_frame::trace::Frame;
 
 mod error;
 mod outcome;
+pub mod recorded;
 pub mod resident;
 pub mod tile_wise;
 
@@ -68,6 +71,32 @@ pub trait Dataflow: Sync {
     /// Keys of a machine that contradict each other.
     fn contradictions(&self, _machine: &Machine) -> Vec<Contradiction> {
         Vec::new()
+    }
+
+    /// What a machine is built of: where its stages do not say it, its tables do.
+    fn inventory(&self, machine: &Machine) -> Inventory {
+        machine.declared()
+    }
+
+    /// Reads what a machine needs besides its file; `open` finds a file that it names.
+    ///
+    /// # Errors
+    /// What is wrong with such a file.
+    fn attach(&self, _machine: &mut Machine, _open: &mut Opener<'_>) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Takes over from a machine that this one is a variant of what no table has.
+    ///
+    /// # Errors
+    /// A variant that there cannot be, and why.
+    fn keep(&self, _machine: &mut Machine, _old: &Machine) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Why a key cannot be changed in a machine; `None` where it can.
+    fn fixed(&self, _key: &str) -> Option<String> {
+        None
     }
 
     /// Everything in its tables that decides timing, as bytes.
@@ -157,6 +186,12 @@ pub trait Dataflow: Sync {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError>;
 }
+
+/// Finds and opens a file that a machine file names.
+///
+/// # Errors
+/// That it cannot be opened, and why.
+pub type Opener<'a> = dyn FnMut(&str) -> Result<Box<dyn Read>, String> + 'a;
 
 /// What decides what is prepared of a frame: machines with the same key share it.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -268,7 +303,7 @@ pub struct FlowDecl {
 }
 
 /// The dataflows of this program.
-pub const FLOWS: [FlowDecl; 2] = [tile_wise::FLOW, resident::FLOW];
+pub const FLOWS: [FlowDecl; 3] = [tile_wise::FLOW, resident::FLOW, recorded::FLOW];
 
 /// Those from outside of the program.
 static REGISTERED: Mutex<Vec<&'static dyn Dataflow>> = Mutex::new(Vec::new());

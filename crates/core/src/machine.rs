@@ -238,6 +238,13 @@ fn together(text: &str, sets: &[String], problems: &[check::Contradiction]) -> V
     Vec::new()
 }
 
+/// Keys that were set and say what has been done already.
+fn fixed(config: &config::Config<Machine>) -> Vec<Problem> {
+    let set = config.stated().filter(|(_, place)| matches!(place, Place::Set(_)));
+    let why = |key| config.value.flow().fixed(key).map(|message| config.problem(key, message));
+    set.filter_map(|(key, _)| why(key)).collect()
+}
+
 /// The error of a machine whose dataflow was set: it has the tables of the old one.
 fn of_other_flow(error: ConfigError, sets: &[String]) -> ConfigError {
     let set = sets.iter().rev().find_map(|set| Some((set, set.split_once('=')?)));
@@ -270,7 +277,8 @@ impl Machine {
     pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
         let text = &layer::on_embedded(text, MACHINES)?;
         let config = config::parse::<Machine>(text, sets).map_err(|e| of_other_flow(e, sets))?;
-        let strays = optional::strays(&config);
+        let mut strays = optional::strays(&config);
+        strays.extend(fixed(&config));
         if !strays.is_empty() {
             return config.checked(strays);
         }
@@ -307,6 +315,15 @@ impl Machine {
             machine.link(device).map_err(|(_, message)| message)?;
         }
         Ok(machine)
+    }
+
+    /// Takes over from the machine that this one is a variant of what no file has: a run that was
+    /// made elsewhere.
+    ///
+    /// # Errors
+    /// A variant that there cannot be, and why.
+    pub fn keep(&mut self, old: &Machine) -> Result<(), String> {
+        if self.flow().key() == old.flow().key() { self.flow().keep(self, old) } else { Ok(()) }
     }
 
     /// Gives the machine its DRAM device, as the file says it. A `dram.bandwidth` that says the
@@ -452,6 +469,11 @@ fn embedded_device(name: &str) -> Option<&'static Device> {
 impl Machine {
     /// What has to be built: memories, units, and how much of each part they have.
     pub fn inventory(&self) -> Inventory {
+        self.flow().inventory(self)
+    }
+
+    /// What its stages declare of that.
+    pub(crate) fn declared(&self) -> Inventory {
         let all = || stage::stages().iter().map(|stage| (stage, self.has_stage(stage.key)));
         let memories = all().flat_map(|(s, has)| s.buffers.iter().map(move |b| (b, has)));
         let parts = all().flat_map(|(s, has)| s.parts.iter().map(move |p| (p, has)));

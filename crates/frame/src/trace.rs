@@ -36,6 +36,7 @@ pub use writer::Writer;
 use crate::fovea::{Screen, ScreenGaze};
 use crate::scene::{Camera, ShDegree};
 use crate::splat::Splat;
+use xxhash_rust::xxh3::Xxh3;
 
 /// The stop rank of a pixel that never stopped.
 pub const NEVER: u32 = u32::MAX;
@@ -105,6 +106,35 @@ impl Fovea {
     /// The gaze and the screen.
     pub fn screen_gaze(&self) -> ScreenGaze {
         ScreenGaze { point: self.gaze, screen: self.screen }
+    }
+}
+
+impl Frame {
+    /// What the frame goes by in files about it: a hash of everything that decides what a machine
+    /// has to do. Compression, preview and name do not count.
+    pub fn id(&self) -> u64 {
+        let mut hash = Xxh3::new();
+        let (facts, camera) = (&self.facts, &self.facts.camera);
+        let degree = facts.colour_degree().get();
+        hash.update(bytemuck::bytes_of(&[camera.width, camera.height, u32::from(degree)]));
+        hash.update(bytemuck::bytes_of(&[facts.points, facts.survivors, self.splats.len() as u64]));
+        for splat in &self.splats {
+            let Splat { index, depth, mean, cov, opacity } = *splat;
+            let [x, y] = mean;
+            let [a, b, d] = cov;
+            hash.update(bytemuck::bytes_of(&[depth, x, y, a, b, d, opacity].map(f32::to_le_bytes)));
+            hash.update(&index.to_le_bytes());
+        }
+        let words = |hash: &mut Xxh3, all: &[u32]| {
+            all.iter().for_each(|word| hash.update(&word.to_le_bytes()));
+        };
+        words(&mut hash, &self.pixels.stop_rank);
+        words(&mut hash, &self.pixels.blended);
+        if let Some(fovea) = &self.fovea {
+            hash.update(&fovea.highest_level);
+            words(&mut hash, &fovea.stop_rank_2);
+        }
+        hash.digest()
     }
 }
 

@@ -120,6 +120,10 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, ConfigError
         ConfigError::new(vec![Problem { place, key: path.into(), message }])
     };
     let energy = |message: String| at_key("energy", "energy", message);
+    file.clone().attach(&mut machine, &DiskFiles).map_err(|e| {
+        let message = e.message();
+        at_key("file", "recorded.file", message)
+    })?;
     link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
     let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
         .map_err(|e| energy(e.to_string()))?;

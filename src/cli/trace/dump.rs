@@ -134,6 +134,7 @@ fn facts(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
         table.write_record([name, &value.to_string()]).map_err(io::Error::other)
     };
     row("name", &"value")?;
+    row("id", &format!("{:016x}", frame.id()))?;
     row("view", &camera.name)?;
     row("width_px", &camera.width)?;
     row("height_px", &camera.height)?;

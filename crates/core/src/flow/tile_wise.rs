@@ -114,6 +114,12 @@ impl Dataflow for TileWiseFlow {
         check::problems(machine.tiles())
     }
 
+    /// The timing rules of its units, which no file has.
+    fn keep(&self, machine: &mut Machine, old: &Machine) -> Result<(), String> {
+        machine.tiles_mut().rules = old.tiles().rules.clone();
+        Ok(())
+    }
+
     /// Keys that cannot move anything are left out: those of a cache that is not there
     /// (`inert.toml`).
     fn timing(&self, machine: &Machine) -> Vec<u8> {

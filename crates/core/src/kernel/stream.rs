@@ -18,6 +18,8 @@ pub struct StreamDecl {
     /// Streams that touch the memory alike, the most similar first: what one costs that a run did
     /// not have.
     pub like: [&'static str; 2],
+    /// The phase that its bytes are charged to, where it is not that of its stage.
+    pub phase: Option<Phase>,
     /// The streams that wrote what it reads; none where it was there before the frame.
     pub written_by: &'static [&'static str],
 }
@@ -29,18 +31,31 @@ pub const fn reads(
     written_by: &'static [&'static str],
     like: [&'static str; 2],
 ) -> StreamDecl {
-    StreamDecl { key, means, is_write: false, is_contiguous: true, like, written_by }
+    StreamDecl { key, means, is_write: false, is_contiguous: true, like, phase: None, written_by }
 }
 
 /// A stream that writes.
 pub const fn writes(key: &'static str, means: &'static str, like: [&'static str; 2]) -> StreamDecl {
-    StreamDecl { key, means, is_write: true, is_contiguous: true, like, written_by: &[] }
+    StreamDecl {
+        key,
+        means,
+        is_write: true,
+        is_contiguous: true,
+        like,
+        phase: None,
+        written_by: &[],
+    }
 }
 
 impl StreamDecl {
     /// The same in many places.
     pub const fn scattered(self) -> StreamDecl {
         StreamDecl { is_contiguous: false, ..self }
+    }
+
+    /// The same for another phase than that of its stage.
+    pub const fn of(self, phase: Phase) -> StreamDecl {
+        StreamDecl { phase: Some(phase), ..self }
     }
 }
 
@@ -94,9 +109,12 @@ impl Streams {
         while s < stages.len() {
             let mut i = 0;
             while i < stages[s].streams.len() {
-                let StreamDecl { key, is_write, is_contiguous, .. } = stages[s].streams[i];
+                let StreamDecl { key, is_write, is_contiguous, phase, .. } = stages[s].streams[i];
                 assert!(streams.count < Streams::MOST, "a dataflow has at most 15 streams");
-                let phase = stages[s].phase;
+                let phase = match phase {
+                    Some(own) => own,
+                    None => stages[s].phase,
+                };
                 streams.facts[streams.count] =
                     StreamFacts { key, phase, is_write, is_contiguous, like: [0; 2] };
                 (streams.count, i) = (streams.count + 1, i + 1);
@@ -141,7 +159,7 @@ impl Streams {
         self.facts[stream.index()].key
     }
 
-    /// The phase that its bytes are charged to: that of its stage.
+    /// The phase that its bytes are charged to.
     #[inline]
     pub const fn phase(&self, stream: StreamId) -> Phase {
         self.facts[stream.index()].phase

@@ -1,7 +1,7 @@
 //! Configuration files: those that come with the program, by name, and any others, by path.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use powergs_base::config::document::TEXT_MAX;
@@ -12,6 +12,7 @@ use powergs_base::format::wrapped;
 
 use super::error::RunError;
 use super::input::Input;
+use crate::machine::Machine;
 
 /// A kind of configuration file that a system is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -85,12 +86,14 @@ pub struct ConfigText {
     pub bases: Vec<(String, String)>,
     /// The text as it was read, where it has a base.
     own: Option<String>,
+    /// Files that it names and that were read for it: no configuration.
+    attached: Vec<Input>,
 }
 
 impl ConfigText {
     /// A text without a base.
     pub fn new(origin: String, folder: Option<PathBuf>, text: String) -> ConfigText {
-        ConfigText { origin, folder, text, bases: Vec::new(), own: None }
+        ConfigText { origin, folder, text, bases: Vec::new(), own: None, attached: Vec::new() }
     }
 
     /// The text as it was read.
@@ -98,11 +101,33 @@ impl ConfigText {
         self.own.as_deref().unwrap_or(&self.text)
     }
 
-    /// Hashes of it and of its bases, as they were read.
+    /// Reads what a machine of this file needs besides it.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: a file that cannot be read, or what is wrong with it.
+    pub fn attach(&mut self, machine: &mut Machine, files: &dyn Files) -> Result<(), RunError> {
+        let (flow, folder, mut attached) = (machine.flow(), self.folder.clone(), Vec::new());
+        let read = flow.attach(machine, &mut |name| {
+            let file = files.open(name, folder.as_deref())?;
+            let mut again = files.open(name, folder.as_deref())?;
+            attached.push(Input::hash("run", name, &mut again).map_err(|e| e.to_string())?);
+            Ok(file)
+        });
+        files.note(&attached);
+        self.attached = attached;
+        read.map_err(|e| RunError::config(&self.origin, e))
+    }
+
+    /// Hashes of it, of its bases and of what was attached, as they were read.
     pub fn inputs(&self, role: &'static str) -> Vec<Input> {
         let own = Input::of_text(role, &self.origin, self.own());
         let bases = self.bases.iter().map(|(origin, text)| Input::of_text(role, origin, text));
-        [own].into_iter().chain(bases).collect()
+        [own].into_iter().chain(bases).chain(self.attached.iter().cloned()).collect()
+    }
+
+    /// Hashes of what was attached.
+    pub fn attached(&self) -> &[Input] {
+        &self.attached
     }
 
     /// The text on that of the base that it names, which `read` finds.
@@ -167,6 +192,20 @@ pub trait Files: Send + Sync {
         name: &str,
         folder: Option<&Path>,
     ) -> Result<ConfigText, RunError>;
+
+    /// Opens a file that is no configuration; a relative path is looked for in `folder` first.
+    ///
+    /// # Errors
+    /// That it cannot be opened, and why.
+    fn open(&self, path: &str, folder: Option<&Path>) -> Result<Box<dyn Read>, String> {
+        let beside = folder.map(|folder| folder.join(path)).filter(|beside| beside.exists());
+        let path = beside.unwrap_or_else(|| PathBuf::from(path));
+        let file = File::open(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(Box::new(BufReader::new(file)))
+    }
+
+    /// Hears of files that results depend on besides those that are [read](Files::read).
+    fn note(&self, _files: &[Input]) {}
 }
 
 /// The files that come with the program, and no others.

@@ -81,12 +81,13 @@ impl System {
     /// # Errors
     /// As [`System::named`].
     pub fn load(spec: &SystemSpec, files: &dyn Files) -> Result<System, RunError> {
-        let machine_file = files.read(FileKind::Machine, &spec.machine, None)?;
+        let mut machine_file = files.read(FileKind::Machine, &spec.machine, None)?;
         let origin = machine_file.origin.clone();
-        let folder = machine_file.folder.clone();
-        let folder = folder.as_deref();
         let mut machine = Machine::parse_with(&machine_file.text, &spec.sets)
             .map_err(|e| RunError::config(&origin, e))?;
+        machine_file.attach(&mut machine, files)?;
+        let folder = machine_file.folder.clone();
+        let folder = folder.as_deref();
         let device_file = match machine.dram.has_device() {
             true => Some(files.read(FileKind::Dram, &machine.dram.device, folder)?),
             false => None,
@@ -254,8 +255,7 @@ impl System {
             FileKind::Machine => {
                 let machine = Machine::parse(&text).map_err(wrong)?;
                 let old = std::mem::replace(&mut self.machine, machine);
-                self.machine.keep_rules_of(&old);
-                return Ok(());
+                return self.machine.keep(&old).map_err(invalid);
             }
             FileKind::Energy => {
                 self.energy = Arc::new(EnergyTable::parse(&text).map_err(wrong)?);
@@ -411,6 +411,9 @@ impl System {
         for kind in self.kinds() {
             hash.update(kind.role().as_bytes());
             hash.update(self.table(kind).unwrap_or_default().to_string().as_bytes());
+        }
+        for run in self.read(FileKind::Machine).into_iter().flat_map(ConfigText::attached) {
+            hash.update(&run.xxh3.to_le_bytes());
         }
         for (unit, rule) in self.machine.rules().into_iter().flat_map(UnitRules::names) {
             hash.update(format!("{unit} rule {rule:?}").as_bytes());

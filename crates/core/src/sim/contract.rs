@@ -8,6 +8,7 @@
 //! let text = std::fs::read_to_string("machines/mine.toml").expect("the machine");
 //! let trial = Trial {
 //!     machine: &text,
+//!     files: &[],
 //!     variants: &[&[], &["dram.model=bandwidth"], &["lanes.units=4"]],
 //!     frames: &frames(),
 //!     settled: &["lanes.speculation=0"],
@@ -16,6 +17,8 @@
 //! };
 //! assert_eq!(broken(&trial), Vec::<String>::new());
 //! ```
+
+use std::io::{self, Read};
 
 use rayon::prelude::*;
 use toml::{Table, Value};
@@ -37,6 +40,8 @@ use powergs_frame::trace::Frame;
 pub struct Trial<'a> {
     /// A machine file of it.
     pub machine: &'a str,
+    /// Files that it names, with what is in them.
+    pub files: &'a [(&'a str, &'a [u8])],
     /// Settings beyond it: each list is a machine. Between them they should reach everything that
     /// the dataflow can do.
     pub variants: &'a [&'a [&'a str]],
@@ -77,7 +82,21 @@ pub fn broken(trial: &Trial<'_>) -> Vec<String> {
 
 fn machine(trial: &Trial<'_>, sets: &[&str]) -> Result<Machine, String> {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    Machine::parse_with(trial.machine, &sets).map_err(|e| e.to_string())
+    let mut machine = Machine::parse_with(trial.machine, &sets).map_err(|e| e.to_string())?;
+    let open = |name: &str| -> Result<Box<dyn Read>, String> {
+        let file = trial.files.iter().find(|(known, _)| *known == name);
+        let (_, bytes) = file.ok_or_else(|| format!("the trial has no file {name}"))?;
+        Ok(Box::new(io::Cursor::new(bytes.to_vec())))
+    };
+    machine.flow().attach(&mut machine, &mut { open })?;
+    Ok(machine)
+}
+
+/// A machine as a table has it, as a variant of another one.
+fn variant(table: &Table, of: &Machine) -> Option<Machine> {
+    let mut machine = Machine::parse(&table.to_string()).ok()?;
+    machine.keep(of).ok()?;
+    Some(machine)
 }
 
 /// Takes all frames through a machine, with a memo for each.
@@ -189,7 +208,7 @@ fn doubled(trial: &Trial<'_>, machine: &Machine) -> Vec<String> {
     let mut table = machine.table();
     knob::set(&mut table, "dram.model", &"bandwidth".into());
     let cycles = |table: &Table| -> Option<u64> {
-        let machine = Machine::parse(&table.to_string()).ok()?;
+        let machine = variant(table, machine)?;
         let all = all_frames(&machine, trial.frames, &memos(trial.frames)).into_iter();
         all.map(|timed| Some(timed.ok()?.outcome.timing.frame)).sum()
     };
@@ -224,12 +243,12 @@ fn dead_keys(trial: &Trial<'_>, machines: &[Machine]) -> Vec<String> {
     let moves = |base: &Machine, before: &Moved, path: &str, value: &Value| {
         let mut table = base.table();
         knob::change(&mut table, path, &mut |_| Some(value.clone()));
-        let changed = Machine::parse(&table.to_string());
-        changed.is_ok_and(|machine| outcome(&machine) != *before)
+        variant(&table, base).is_some_and(|machine| outcome(&machine) != *before)
     };
     let keys = key_docs_of(&(first.flow().tables().schema)());
-    let keys =
-        keys.iter().filter(|doc| !doc.table && !trial.idle_keys.contains(&doc.path.as_str()));
+    let is_asked =
+        |path: &str| !trial.idle_keys.contains(&path) && first.flow().fixed(path).is_none();
+    let keys = keys.iter().filter(|doc| !doc.table && is_asked(&doc.path));
     let dead = keys.collect::<Vec<_>>().into_par_iter().filter(|doc| {
         !bases.iter().any(|(base, before)| {
             let values = knob::values(&base.table(), &doc.path);

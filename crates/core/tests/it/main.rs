@@ -12,6 +12,7 @@ mod pairs;
 mod paper;
 mod pipeline;
 mod placement;
+mod recorded;
 mod resident;
 mod run;
 mod second_master;

@@ -336,6 +336,7 @@ fn it_keeps_the_laws() {
     let frames = [small_frame(0), dense_frame(1)];
     let trial = Trial {
         machine: MACHINE,
+        files: &[],
         variants: &[
             &[],
             &["region.slices=2", "compose.lanes=4", "stores.pixels.capacity=512 KiB"],

@@ -13,6 +13,7 @@ use powergs_base::config::knob;
 use powergs_core::machine::Machine;
 use powergs_core::run::files::Files;
 use powergs_core::run::identity::content_id;
+use powergs_core::run::{ConfigText, RunError};
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;
@@ -43,20 +44,36 @@ pub trait Parsed: Sized + Serialize {
     /// # Errors
     /// Everything that is wrong with it.
     fn read(text: &str) -> Result<Self, ConfigError>;
+
+    /// Reads what it needs besides its file.
+    ///
+    /// # Errors
+    /// What is wrong with that.
+    fn attach(&mut self, _file: &mut ConfigText, _files: &dyn Files) -> Result<(), RunError> {
+        Ok(())
+    }
 }
 
 macro_rules! parsed {
-    ($t:ident, $kind:ident) => {
+    ($t:ident, $kind:ident $(, $attach:item)?) => {
         impl Parsed for $t {
             const KIND: FileKind = FileKind::$kind;
 
             fn read(text: &str) -> Result<Self, ConfigError> {
                 $t::parse(text)
             }
+
+            $($attach)?
         }
     };
 }
-parsed!(Machine, Machine);
+parsed!(
+    Machine,
+    Machine,
+    fn attach(&mut self, file: &mut ConfigText, files: &dyn Files) -> Result<(), RunError> {
+        file.attach(self, files)
+    }
+);
 parsed!(EnergyTable, Energy);
 parsed!(Device, Dram);
 parsed!(Display, Display);
@@ -145,7 +162,7 @@ impl Library {
         beside: Option<&Path>,
         changes: &[LibraryChange],
     ) -> Result<LibraryDocument<T>, String> {
-        let file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
+        let mut file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
         let mut value =
             T::read(&file.text).map_err(|e| format!("{} {}: {e}", T::KIND.name(), file.origin))?;
         let mut table = table_of(&value)?;
@@ -158,6 +175,7 @@ impl Library {
             value = T::read(&table.to_string()).map_err(|e| changed(T::KIND, name, &e))?;
             table = table_of(&value)?;
         }
+        value.attach(&mut file, &*self.files).map_err(|e| e.to_string())?;
         let id = content_id(&value).map_err(|e| e.to_string())?;
         Ok(LibraryDocument { value, folder: file.folder, table, id })
     }

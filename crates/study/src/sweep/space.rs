@@ -313,7 +313,8 @@ impl Space {
         let device = draft.device().map_err(Rejected::Machine)?;
         let machine =
             Machine::from_table(draft.machine_table(), device.as_deref().map(|d| &d.value));
-        let machine = machine.map_err(Rejected::Machine)?;
+        let mut machine = machine.map_err(Rejected::Machine)?;
+        machine.keep(draft.base()).map_err(Rejected::Machine)?;
         let mut prices = Vec::with_capacity(self.energy.len());
         for energy in &self.energy {
             prices.push(self.priced(&draft, energy, &machine)?);

@@ -90,13 +90,6 @@ impl Machine {
     pub(crate) fn rules(&self) -> Option<&UnitRules> {
         self.tables.get::<TileWise>().map(|tiles| &tiles.rules)
     }
-
-    /// Takes over the timing rules of another machine, which no file has.
-    pub(crate) fn keep_rules_of(&mut self, other: &Machine) {
-        if let (Some(rules), Some(tiles)) = (other.rules(), self.tables.all_mut::<TileWise>()) {
-            tiles.rules = rules.clone();
-        }
-    }
 }
 
 impl TileWise {

@@ -1,5 +1,6 @@
 //! Configuration files, noted as they are read: what results depend on.
 
+use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -36,8 +37,15 @@ impl Files for NotedFiles {
         folder: Option<&Path>,
     ) -> Result<ConfigText, RunError> {
         let file = self.files.read(kind, name, folder)?;
-        let inputs = file.inputs(kind.role());
-        self.read.lock().unwrap_or_else(PoisonError::into_inner).extend(inputs);
+        self.note(&file.inputs(kind.role()));
         Ok(file)
+    }
+
+    fn open(&self, path: &str, folder: Option<&Path>) -> Result<Box<dyn Read>, String> {
+        self.files.open(path, folder)
+    }
+
+    fn note(&self, files: &[Input]) {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).extend_from_slice(files);
     }
 }

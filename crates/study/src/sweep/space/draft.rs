@@ -97,6 +97,11 @@ impl<'a> Draft<'a> {
         Ok(())
     }
 
+    /// The machine that it is a variant of.
+    pub(super) fn base(&self) -> &Machine {
+        &self.base.value
+    }
+
     pub(super) fn machine_table(&self) -> Table {
         self.machine.clone()
     }
