@@ -15,7 +15,7 @@ use powergs_sim::machine::Machine;
 fn machines(c: &mut Criterion) {
     for embedded in MACHINES {
         // The made-up frame has counts and no splats: lists are there for nothing.
-        let sets = ["binning.method=free".to_owned()];
+        let sets = ["binning.impl=free".to_owned()];
         let machine = Machine::parse_with(embedded.text, &sets).expect("a good machine");
         if ResolvedUnits::new(&machine).vru.discipline.is_some() {
             continue;

@@ -1,4 +1,5 @@
-//! A unit of one's own: a machine whose VRU has another timing rule, beside the built-in one.
+//! A unit of one's own: a machine whose VRU has another timing rule, beside the built-in one. It is
+//! registered, and a machine names it: `rules.vru = "dual-issue"`.
 //!
 //! `cargo run --example own_unit [TRACE] [MACHINE]` (default `traces/demo.bin` on
 //! `gscore-powergs`, whose units take one sub-tile after the other).
@@ -7,9 +8,10 @@ use std::error::Error;
 use std::path::Path;
 
 use powergs_sim::flow::tile_wise::vru::{Render, Vru};
-use powergs_sim::flow::tile_wise::{Rule, UnitRule, UnitRules};
+use powergs_sim::flow::tile_wise::{self, UnitRule};
 use powergs_sim::kernel::Unit;
-use powergs_sim::run::{Session, Subject, System, TraceFile};
+use powergs_sim::run::files::DiskFiles;
+use powergs_sim::run::{Session, Subject, System, SystemSpec, TraceFile};
 use powergs_sim::sim::FrameReport;
 
 /// A VRU that issues the (Gaussian, sub-tile) pairs of two Gaussians together: a sub-tile is
@@ -58,8 +60,9 @@ impl UnitRule<Vru> for DualIssue {
 /// The trace cannot be read, there is no such machine, or it cannot run the trace.
 pub fn replay_both(trace: &Path, machine: &str) -> Result<[Vec<FrameReport>; 2], Box<dyn Error>> {
     let built_in = System::named(machine)?;
-    let rules = UnitRules { vru: Rule::new(DualIssue), ..UnitRules::default() };
-    let own = built_in.clone().with_rules(rules);
+    let sets = vec!["rules.vru=dual-issue".to_owned()];
+    let own = SystemSpec { sets, ..SystemSpec::named(machine) };
+    let own = System::load(&own, &DiskFiles)?;
     let mut trace = TraceFile::open(trace)?;
     let subjects = [Subject::of(&built_in), Subject::of(&own)];
     let folded = Session::new(&mut trace, &()).fold(
@@ -71,6 +74,7 @@ pub fn replay_both(trace: &Path, machine: &str) -> Result<[Vec<FrameReport>; 2],
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    tile_wise::register(DualIssue)?;
     let mut args = std::env::args().skip(1);
     let trace = args.next().unwrap_or_else(|| "traces/demo.bin".to_owned());
     let machine = args.next().unwrap_or_else(|| "gscore-powergs".to_owned());

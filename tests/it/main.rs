@@ -18,7 +18,6 @@ mod headset;
 mod lpips;
 mod optimize;
 mod own_flow;
-mod own_unit;
 mod pareto;
 mod photos;
 mod scene;

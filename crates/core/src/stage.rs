@@ -580,6 +580,14 @@ pub enum RegisterError {
     /// A dataflow with a name that another one has.
     #[error("there is a dataflow `{0}` already: give yours another name")]
     Flow(&'static str),
+    /// A timing rule with a name that another one of its unit has.
+    #[error("there is a rule `{name}` of the unit `{unit}` already: give yours another name")]
+    Rule {
+        /// Key of the unit.
+        unit: &'static str,
+        /// Name of the rule.
+        name: String,
+    },
     /// More causes of waits than accounts have room for.
     #[error("the stage `{0}` has too many causes to wait: all stages together have at most 13")]
     Waits(&'static str),

@@ -150,7 +150,8 @@ the three that move the power most (`prices` in `--json` has all that move it by
 nothing of one another: two that are wrong the same way add up.
 
 Another question is which accelerators a machine file can describe at all: there are two \
-dataflows, tile-wise sort-then-blend and resident pixels. [what-fits.md](what-fits.md) says which \
+dataflows, tile-wise sort-then-blend and resident pixels, and runs of other simulators \
+([elsewhere.md](elsewhere.md)). [what-fits.md](what-fits.md) says which \
 published designs fit them, which do not, and what keys like `record.feature` do not change.
 
 ";

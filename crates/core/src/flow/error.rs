@@ -47,7 +47,7 @@ pub enum Incompatible {
     /// Making the tile lists takes too much host memory.
     #[error(
         "the frame with the tile lists of machine `{machine}`, move by move, {over}, or set \
-         `binning.method` = \"free\""
+         `binning.impl` = \"free\""
     )]
     Lists {
         /// Name of the machine.

@@ -45,6 +45,7 @@ use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
 use crate::workload::{FrameWorkload, Geometry, bin};
 use powergs_base::budget::Budget;
+use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
 use powergs_energy::action::ActionCounts;
 use powergs_frame::fovea::LEVELS;
@@ -53,7 +54,7 @@ use powergs_frame::splat::{Counters, Intersection};
 use powergs_frame::trace::Frame;
 
 pub use resolved::ResolvedUnits;
-pub use rules::{Rule, RuleError, UnitRule, UnitRules};
+pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
 pub use tables::*;
 
 use measures::CacheKey;
@@ -103,7 +104,15 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn tables(&self) -> TablesDecl {
-        TablesDecl::of::<TileWise>()
+        let schema = || {
+            let mut schema = schema_of::<TileWise>();
+            let tables = schema["properties"].as_object_mut();
+            if let Some(tables) = tables.filter(|_| !rules::any_registered()) {
+                tables.remove("rules");
+            }
+            schema
+        };
+        TablesDecl { schema, ..TablesDecl::of::<TileWise>() }
     }
 
     fn optional(&self) -> &'static [Optional] {
@@ -112,12 +121,6 @@ impl Dataflow for TileWiseFlow {
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
         check::problems(machine.tiles())
-    }
-
-    /// The timing rules of its units, which no file has.
-    fn keep(&self, machine: &mut Machine, old: &Machine) -> Result<(), String> {
-        machine.tiles_mut().rules = old.tiles().rules.clone();
-        Ok(())
     }
 
     /// Keys that cannot move anything are left out: those of a cache that is not there
@@ -155,7 +158,7 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<u32> {
-        let period = machine.tiles().gsu.reuse_period;
+        let period = machine.tiles().gsu.period();
         (period > 1).then_some(period)
     }
 

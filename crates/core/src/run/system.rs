@@ -17,7 +17,6 @@ use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
 use crate::flow::Work;
-use crate::flow::tile_wise::UnitRules;
 use crate::machine::Machine;
 use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
@@ -218,12 +217,6 @@ impl System {
         is_banked.then(|| self.with(&[model()])).transpose()
     }
 
-    /// The system with other timing rules of its units. Later changes of keys keep them.
-    pub fn with_rules(mut self, rules: UnitRules) -> System {
-        self.machine.tiles_mut().rules = rules;
-        self
-    }
-
     /// Takes over the file that a changed key of the machine names.
     fn take_over(&mut self, change: &Change, files: &dyn Files) -> Result<(), RunError> {
         let kind = match change.path.as_str() {
@@ -404,8 +397,7 @@ impl System {
         timing_id(&self.machine, self.device().map(id))
     }
 
-    /// Hash of all files as they are used, and of the names of unit rules: systems that agree in it
-    /// give the same results.
+    /// Hash of all files as they are used: systems that agree in it give the same results.
     pub fn id(&self) -> u128 {
         let mut hash = Xxh3::new();
         for kind in self.kinds() {
@@ -414,9 +406,6 @@ impl System {
         }
         for run in self.read(FileKind::Machine).into_iter().flat_map(ConfigText::attached) {
             hash.update(&run.xxh3.to_le_bytes());
-        }
-        for (unit, rule) in self.machine.rules().into_iter().flat_map(UnitRules::names) {
-            hash.update(format!("{unit} rule {rule:?}").as_bytes());
         }
         hash.digest128()
     }

@@ -234,7 +234,9 @@ type Moved = (Vec<Result<Timed, String>>, Option<Prices>);
 fn dead_keys(trial: &Trial<'_>, machines: &[Machine]) -> Vec<String> {
     let Some(first) = machines.first() else { return Vec::new() };
     let outcome = |machine: &Machine| -> Moved {
-        let table = find(ENERGY, &machine.energy).map(EnergyTable::parse);
+        let own = trial.files.iter().find(|(name, _)| *name == machine.energy);
+        let own = own.and_then(|(_, bytes)| std::str::from_utf8(bytes).ok());
+        let table = own.or_else(|| find(ENERGY, &machine.energy)).map(EnergyTable::parse);
         let table = table.and_then(Result::ok);
         let prices = table.and_then(|table| cost::prices(&table, machine).ok());
         (all_frames(machine, trial.frames, &memos(trial.frames)), prices)

@@ -4,6 +4,7 @@ mod accel;
 mod calibrated;
 mod codebook;
 mod config;
+mod contract;
 mod energy;
 mod foveated;
 mod knobs;

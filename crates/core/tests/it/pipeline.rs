@@ -9,6 +9,7 @@ pub mod support;
 mod timelines;
 
 use powergs_core::flow::History;
+use powergs_core::flow::tile_wise::GsuImpl;
 use powergs_core::flow::tile_wise::Overlap;
 use powergs_core::flow::tile_wise::measures::CacheKey;
 use powergs_core::flow::tile_wise::{self, FrameContext, FrameReplay, replay_with};
@@ -162,8 +163,9 @@ fn caches_and_orders_of_real_frames_are_those_of_the_oracle() {
             dice.colour(&mut machine);
             dice.memory(&mut machine);
             let has_cache = dice.cache(&mut machine);
-            let period = dice.roll(1, 2);
-            machine.tiles_mut().gsu.reuse_period = period;
+            let is_updated = dice.roll(0, 1) == 1;
+            let way = if is_updated { GsuImpl::Update } else { GsuImpl::Sort };
+            machine.tiles_mut().gsu.implementation = way;
             let geometry = machine.tiles().geometry;
             let [before, workload] = small_frames(seed).map(|frame| bin(&frame, geometry));
             let mut history = History::default();

@@ -74,7 +74,7 @@ fn lists_that_take_more_than_the_budget_are_refused() {
         let geometry = system("gscore", &[]).machine().tiles().geometry;
         let enough = demand(&first, geometry, Budget::DEFAULT).expect("a small frame");
         frames.allow(Budget(Bytes(enough)));
-        let method = format!("binning.method={method}");
+        let method = format!("binning.impl={method}");
         let nothing = ["binning.pointers.capacity=0 B", "binning.combining.capacity=0 B"];
         let changes: Vec<&str> = match method.ends_with("free") {
             true => vec![&method],

@@ -3,7 +3,7 @@
 
 use powergs_core::flow::tile_wise::ResolvedUnits;
 use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
-use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
+use powergs_core::flow::tile_wise::{Termination, VruImpl};
 use powergs_core::machine::Machine;
 use powergs_core::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
 use powergs_datapath::{Entry, NumberFormat, Record, TileRun, Vrc, Vru};
@@ -18,8 +18,7 @@ const FP16: NumberFormat = NumberFormat::FP16;
 /// is known `late` cycles after its pair.
 fn machine(queue: usize, late: u32) -> Machine {
     let mut machine = gscore();
-    machine.tiles_mut().vru.organisation = Organisation::SubtileParallel;
-    machine.tiles_mut().vru.switch = Switch::Free;
+    machine.tiles_mut().vru.implementation = VruImpl::Parallel;
     machine.tiles_mut().vru.termination = Termination::Subtile;
     machine.tiles_mut().vru.subtile_skipping = true;
     machine.tiles_mut().vru.subtile_queue = queue as u32;

@@ -4,8 +4,8 @@
 //! and where they are needed `cycle`, `needed`, `address`, `phase`. `what` is
 //!
 //! - `cycles`: how long the frame takes with a memory that answers at once; each frame has it;
-//! - `busy.UNIT`: cycles with work, of all units of a kind together, where they are not busy all the
-//!   time;
+//! - `busy.UNIT`: cycles with work, of all units of a kind together, where they are not busy all
+//!   the time;
 //! - `dram-read`, `dram-write`: a request of `count` bytes at `address`, made in `cycle`; the run
 //!   cannot go beyond the cycle `needed` before it is done;
 //! - any other action, by its key in energy tables: `alpha`, `sram-read.feature`. It counts for the

@@ -2,7 +2,7 @@
 
 mod binning;
 
-use super::{FeatureSource, Fetch, Organisation, Switch, Termination, TileWise};
+use super::{FeatureSource, Fetch, Termination, TileWise, VruImpl};
 use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;
@@ -73,10 +73,9 @@ fn organisation(m: &TileWise, found: &mut Found) {
         return;
     }
     let (units, subtiles) = (vru.units_per_core, g.subtiles());
-    let is_parallel = vru.organisation == Organisation::SubtileParallel;
-    if is_parallel && !units.is_multiple_of(subtiles) {
+    if vru.implementation == VruImpl::Parallel && !units.is_multiple_of(subtiles) {
         let message = format!(
-            "`vru.organisation` = \"subtile-parallel\" divides `vru.units-per-core` = {units} over \
+            "`vru.impl` = \"parallel\" divides `vru.units-per-core` = {units} over \
              the {subtiles} sub-tiles of a tile (`geometry.tile` = {}, `geometry.subtile` = {}): \
              it must be a multiple of {subtiles}",
             g.tile, g.subtile
@@ -84,20 +83,11 @@ fn organisation(m: &TileWise, found: &mut Found) {
         found.add("vru.units-per-core", message);
         found.ends_with("vru.units-per-core", units.next_multiple_of(subtiles));
     }
-    if is_parallel && vru.switch != Switch::Free {
-        let message = format!(
-            "`vru.switch` = \"{}\" contradicts `vru.organisation` = \"subtile-parallel\", in \
-             which no unit goes from one sub-tile to another: set `vru.switch` = \"free\"",
-            vru.switch.name()
-        );
-        found.add("vru.switch", message);
-        found.ends_with("vru.switch", "free");
-    }
-    if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
-        let message = "`vru.switch` = \"scan\" contradicts `vru.termination` = \"tile\": units \
+    if vru.implementation == VruImpl::Scan && vru.termination == Termination::Tile {
+        let message = "`vru.impl` = \"scan\" contradicts `vru.termination` = \"tile\": units \
                        that scan one sub-tile after the other cannot stop with the tile; set \
                        `vru.termination` = \"subtile\"";
-        found.add("vru.switch", message.to_owned());
+        found.add("vru.impl", message.to_owned());
         found.ends_with("vru.termination", "subtile");
     }
     if vru.termination == Termination::Pixel && vru.pixels_per_unit != 4 {
@@ -425,9 +415,9 @@ fn state(m: &TileWise) -> String {
     match m.state_bytes() {
         Bytes(0) => String::new(),
         bytes => format!(
-            " and the pixel state of a tile per core (`vru.switch` = \"{}\": {bytes}, \
+            " and the pixel state of a tile per core (`vru.impl` = \"{}\": {bytes}, \
              `vru.pixel-state` {} for each pixel of `geometry.tile` {2} x {2})",
-            m.vru.switch.name(),
+            m.vru.implementation.name(),
             m.vru.pixel_state,
             m.geometry.tile
         ),

@@ -2,7 +2,7 @@
 //! ([`workload::binning`](crate::workload::binning)); CCUs do it.
 
 use super::{BinningSpec, CcuSpec, ScheduleSpec};
-use crate::flow::tile_wise::{BinningMethod, Overlap};
+use crate::flow::tile_wise::{BinningImpl, Overlap};
 use crate::machine::{BufferSpec, Machine};
 use crate::stage::{Bias, StageDecl, buffer, buffer_id, omit};
 use powergs_energy::action::{BufferId, Memory, Phase};
@@ -23,8 +23,8 @@ pub const LISTS: StageDecl = StageDecl {
             Bias::Optimistic,
             "A90",
         )
-        .by("binning.method = \"free\"", |m| {
-            m.of_type::<BinningSpec>().method == BinningMethod::Free
+        .by("binning.impl = \"free\"", |m| {
+            m.of_type::<BinningSpec>().implementation == BinningImpl::Free
         }),
         omit("lists of early tiles used before preprocessing ends", Bias::Pessimistic, "A28")
             .by("schedule.overlap = \"none\"", |m| {
@@ -46,7 +46,8 @@ pub const POINTERS: BufferId = buffer_id("pointers");
 pub const COMBINING: BufferId = buffer_id("combining");
 
 fn memory(m: &Machine, spec: &BufferSpec) -> Memory {
-    let is_there = m.of_type::<BinningSpec>().method != BinningMethod::Free && spec.capacity.0 > 0;
+    let is_there =
+        m.of_type::<BinningSpec>().implementation != BinningImpl::Free && spec.capacity.0 > 0;
     let memory = spec.shared(m.of_type::<CcuSpec>().units);
     Memory { banks: if is_there { memory.banks } else { 0 }, ..memory }
 }

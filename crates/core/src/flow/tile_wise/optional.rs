@@ -1,13 +1,13 @@
 //! Parts that a tile-wise machine may not have, and choices that bring keys of their own.
 
 use super::{
-    BinningMethod, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
-    VruSpec,
+    BinningImpl, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
+    GsuImpl, GsuSpec, VruSpec,
 };
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 7] = [
+pub(super) const OPTIONAL: [Optional; 9] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -38,21 +38,30 @@ pub(super) const OPTIONAL: [Optional; 7] = [
     },
     Optional {
         what: "lists that it makes itself",
-        switch: "binning.method",
+        switch: "binning.impl",
         keys: &["binning"],
-        with: &["binning.method=append", "gsu.reuse-period=1"],
-        is_there: |m| m.of_type::<BinningSpec>().method != BinningMethod::Free,
+        with: &["binning.impl=append", "gsu.impl=sort"],
+        is_there: |m| m.of_type::<BinningSpec>().implementation != BinningImpl::Free,
     },
     Optional {
-        what: "queues in front of its rendering units",
-        switch: "vru.switch",
+        what: "`binning.impl` = \"append\"",
+        switch: "binning.impl",
+        keys: &["binning.block"],
+        with: &["binning.impl=append", "gsu.impl=sort"],
+        is_there: |m| m.of_type::<BinningSpec>().implementation == BinningImpl::Append,
+    },
+    Optional {
+        what: "`gsu.impl` = \"update\"",
+        switch: "gsu.impl",
+        keys: &["gsu.reuse-period"],
+        with: &["gsu.impl=update", "binning.impl=free"],
+        is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Update,
+    },
+    Optional {
+        what: "`vru.impl` = \"parallel\" and \"scan\"",
+        switch: "vru.impl",
         keys: &["vru.subtile-queue"],
-        with: &[
-            "vru.organisation=subtile-serial",
-            "vru.switch=scan",
-            "vru.termination=subtile",
-            "buffers.pixel-out.capacity=2 MiB",
-        ],
+        with: &["vru.impl=scan", "vru.termination=subtile", "buffers.pixel-out.capacity=2 MiB"],
         is_there: |m| m.of_type::<VruSpec>().has_queues(),
     },
     Optional {

@@ -6,7 +6,7 @@ use super::STREAMS;
 use super::schedule::Plan;
 use super::subtiles::{self, Discipline};
 use super::{Assignment, Overlap};
-use super::{FrameContext, Organisation, ResolvedUnits, Switch, UnitRules, pipeline};
+use super::{FrameContext, ResolvedUnits, UnitRules, VruImpl, pipeline};
 use crate::kernel::calibration::CalibrationRecorder;
 use crate::kernel::{Calibration, Memo, MemoKey};
 use crate::machine::{BufferSpec, DramModel, GatingSpec, Machine};
@@ -88,7 +88,7 @@ pub(super) fn machine(machine: &Machine) -> Machine {
     (vru.cores, vru.units_per_core) = (CORES, UNITS_PER_CORE.max(m.geometry.subtiles()));
     (vru.pixels_per_unit, vru.latency, vru.recurrence, vru.blend_stall) = (4, 16, 4, 0);
     (vru.subtile_skipping, vru.tile_overlap, vru.stop_latency) = (true, false, 0);
-    (vru.organisation, vru.switch) = (Organisation::SubtileSerial, Switch::Free);
+    vru.implementation = VruImpl::Serial;
     (vru.subtile_queue, vru.pixel_state) = (1, Bytes(0));
     (vru.colour_operations_per_cycle, vru.colour_latency) = (OPERATIONS, 16);
     // A look-up takes a cycle.

@@ -1,7 +1,7 @@
 //! Resolved unit parameters: a machine as its units, with the share of each buffer that one unit or
 //! core has to itself.
 
-use crate::flow::tile_wise::BinningMethod;
+use crate::flow::tile_wise::BinningImpl;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::Ccu;
@@ -117,7 +117,7 @@ impl ResolvedUnits {
             (machine.tiles().list_entry(), u64::from(machine.tiles().geometry.chunk));
         let binning = &machine.tiles().binning;
         let lists = [&binning.pointers, &binning.combining].map(|spec| {
-            let is_there = binning.method != BinningMethod::Free && spec.capacity.0 > 0;
+            let is_there = binning.implementation != BinningImpl::Free && spec.capacity.0 > 0;
             is_there.then(|| Banks::new(spec))
         });
         let record = machine.tiles().record.of(degree, &machine.tiles().codebook);

@@ -3,8 +3,9 @@
 //! A [`UnitRule`] replaces the timing rule, and if it wants the action counts, of one kind of unit:
 //! it says for how many cycles a piece of work occupies the unit, for how many more the banks of
 //! its buffers hold it up, and which actions the work is.
-//! [`TileWise::rules`](super::TileWise::rules) holds one [`Rule`] for each kind of unit; all are
-//! built in unless a program sets them. They are not part of a machine file.
+//! [`TileWise::rules`](super::TileWise::rules) holds one [`Rule`] for each kind of unit: the
+//! built-in one, or one that was [registered](register) and that the machine file names:
+//! `rules.vru = "dual-issue"`. Where nothing is registered there is no such table.
 //!
 //! | unit | a piece of work | when the rule is asked |
 //! |---|---|---|
@@ -34,15 +35,19 @@
 //!
 //! A rule that breaks its contract ends in a [`RuleError`], never in a report.
 
+use std::borrow::Cow;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::Ccu;
 use crate::flow::tile_wise::qsu::Qsu;
 use crate::flow::tile_wise::vru::Vru;
 use crate::kernel::unit::Unit;
-use crate::stage::{DRAM_READ, DRAM_WRITE, stage};
+use crate::stage::{DRAM_READ, DRAM_WRITE, RegisterError, stage};
 use powergs_energy::action::ActionCounts;
 
 /// The rule of a unit of kind `U`. Every method has the built-in rule as its default.
@@ -66,6 +71,55 @@ pub trait UnitRule<U: Unit>: Send + Sync {
     fn charge(&self, unit: &U, work: &U::Work, actions: &mut ActionCounts) {
         unit.charge(work, actions);
     }
+}
+
+/// A kind of unit that rules can be registered for.
+pub trait RuledUnit: Unit + 'static {
+    /// The rules from outside.
+    fn registered() -> &'static RuleShelf<Self>;
+}
+
+/// Rules by name.
+pub type RuleShelf<U> = Mutex<Vec<Arc<dyn UnitRule<U>>>>;
+
+macro_rules! ruled {
+    ($($unit:ty),*) => {
+        $(impl RuledUnit for $unit {
+            fn registered() -> &'static RuleShelf<$unit> {
+                static SHELF: RuleShelf<$unit> = Mutex::new(Vec::new());
+                &SHELF
+            }
+        })*
+
+        /// Whether there is any rule from outside.
+        pub(super) fn any_registered() -> bool {
+            [$(!shelf::<$unit>().is_empty()),*].into_iter().any(|is_there| is_there)
+        }
+    };
+}
+ruled!(Ccu, Qsu, Bsu, Vru);
+
+fn shelf<U: RuledUnit>() -> MutexGuard<'static, Vec<Arc<dyn UnitRule<U>>>> {
+    U::registered().lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The rule of the unit itself, in machine files.
+const BUILT_IN_NAME: &str = "built-in";
+
+/// Adds a rule that machine files may name, which must be done before any is read.
+///
+/// # Errors
+/// [`RegisterError::Taken`]: there is a rule of this name for the unit.
+pub fn register<U: RuledUnit>(rule: impl UnitRule<U> + 'static) -> Result<(), RegisterError> {
+    let mut shelf = shelf::<U>();
+    let is_taken =
+        |name: &str| name == BUILT_IN_NAME || shelf.iter().any(|other| other.name() == name);
+    if is_taken(rule.name()) {
+        let unit = stage(U::STAGE).key;
+        return Err(RegisterError::Rule { unit, name: rule.name().to_owned() });
+    }
+    shelf.push(Arc::new(rule));
+    Ok(())
 }
 
 /// The rule in force for one kind of unit: the built-in one, or one from outside the crate.
@@ -160,8 +214,46 @@ impl<U: Unit> fmt::Debug for Rule<U> {
     }
 }
 
-/// The rules of all units of a machine.
-#[derive(Debug, Clone, Default, PartialEq)]
+impl<U: Unit> Serialize for Rule<U> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(self.name().unwrap_or(BUILT_IN_NAME))
+    }
+}
+
+impl<'de, U: RuledUnit> Deserialize<'de> for Rule<U> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(from)?;
+        if name == BUILT_IN_NAME {
+            return Ok(Rule::BUILT_IN);
+        }
+        let found = shelf::<U>().iter().find(|rule| rule.name() == name).cloned();
+        found.map(|rule| Rule(Some(rule))).ok_or_else(|| {
+            let unit = stage(U::STAGE).words;
+            serde::de::Error::custom(format!("no timing rule `{name}` of the {unit}"))
+        })
+    }
+}
+
+impl<U: RuledUnit> JsonSchema for Rule<U> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("Rule_{}", stage(U::STAGE).key).into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let own = shelf::<U>();
+        let names: Vec<&str> =
+            [BUILT_IN_NAME].into_iter().chain(own.iter().map(|rule| rule.name())).collect();
+        json_schema!({ "type": "string", "enum": names })
+    }
+}
+
+/// The `[rules]` table: timing rules from outside of this program.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct UnitRules {
     /// Of the culling and conversion units.
     pub ccu: Rule<Ccu>,
@@ -174,6 +266,11 @@ pub struct UnitRules {
 }
 
 impl UnitRules {
+    /// Whether all are built in.
+    pub(super) fn are_built_in(&self) -> bool {
+        self.names().is_empty()
+    }
+
     /// The rules that are not built in, in pipeline order: the name of the unit and that of the
     /// rule. Whatever identifies a timing must contain them.
     pub fn names(&self) -> Vec<(&'static str, &str)> {

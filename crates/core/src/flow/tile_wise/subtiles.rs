@@ -1,6 +1,6 @@
 //! How the units of a core go through the sub-tiles of a tile, entry by entry.
 //!
-//! `vru.organisation` and `vru.switch` decide it; A84 to A88 have the rules in words. Where all
+//! `vru.impl` decides it; A84 to A88 have the rules in words. Where all
 //! units take one sub-tile after the other, may change between them for nothing and know at once
 //! that one has stopped, the counters of a chunk say what it takes and such a machine has no
 //! [`Discipline`]. Otherwise [`runs`] steps through the entries of every tile, once a frame for all
@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use crate::flow::tile_wise::{Organisation, Switch, Termination, VruSpec};
+use crate::flow::tile_wise::{Termination, VruImpl, VruSpec};
 use crate::kernel::MemoKey;
 use crate::workload::{ChunkWork, FrameWorkload};
 
@@ -81,16 +81,15 @@ impl Discipline {
     /// The discipline of a machine with `subtiles` sub-tiles of `pixels` pixels in a tile, whose
     /// pixel state changes in `swap` cycles; `None` where counters of chunks say everything.
     pub(super) fn of(spec: &VruSpec, subtiles: u32, pixels: u32, swap: u64) -> Option<Discipline> {
-        let is_serial = spec.organisation == Organisation::SubtileSerial;
-        if is_serial && spec.switch == Switch::Free && spec.stop_latency == 0 {
+        if spec.implementation == VruImpl::Serial && spec.stop_latency == 0 {
             return None;
         }
         let depth = spec.subtile_queue;
-        let way = match (spec.organisation, spec.switch) {
-            (Organisation::SubtileParallel, _) => SubtileWay::Parallel { depth },
-            (Organisation::SubtileSerial, Switch::Free) => SubtileWay::Interleaved { swap: 0 },
-            (Organisation::SubtileSerial, Switch::State) => SubtileWay::Interleaved { swap },
-            (Organisation::SubtileSerial, Switch::Scan) => SubtileWay::Scanned { swap, depth },
+        let way = match spec.implementation {
+            VruImpl::Parallel => SubtileWay::Parallel { depth },
+            VruImpl::Serial => SubtileWay::Interleaved { swap: 0 },
+            VruImpl::Swap => SubtileWay::Interleaved { swap },
+            VruImpl::Scan => SubtileWay::Scanned { swap, depth },
         };
         Some(Discipline {
             way,
@@ -119,9 +118,9 @@ impl Discipline {
 /// Groups of pixels of a sub-tile that the units of a core, or of the sub-tile, take one after the
 /// other.
 pub(super) fn rounds(spec: &VruSpec, subtiles: u32, pixels: u32) -> u64 {
-    let units = match spec.organisation {
-        Organisation::SubtileSerial => spec.units_per_core,
-        Organisation::SubtileParallel => (spec.units_per_core / subtiles.max(1)).max(1),
+    let units = match spec.implementation {
+        VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => spec.units_per_core,
+        VruImpl::Parallel => (spec.units_per_core / subtiles.max(1)).max(1),
     };
     u64::from(pixels).div_ceil(u64::from(units) * u64::from(spec.pixels_per_unit))
 }

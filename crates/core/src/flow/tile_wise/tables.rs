@@ -55,9 +55,8 @@ pub struct TileWise {
     pub cache: CacheSpec,
     /// Which tile goes where, and what may overlap.
     pub schedule: ScheduleSpec,
-    /// Timing rules of units; all built in unless a program replaces them. Not in the file.
-    #[serde(skip)]
-    #[schemars(skip)]
+    /// Timing rules from outside of this program.
+    #[serde(default, skip_serializing_if = "UnitRules::are_built_in")]
     pub rules: UnitRules,
 }
 
@@ -85,13 +84,6 @@ impl Machine {
     }
 }
 
-impl Machine {
-    /// The timing rules of its units, where it is tile-wise.
-    pub(crate) fn rules(&self) -> Option<&UnitRules> {
-        self.tables.get::<TileWise>().map(|tiles| &tiles.rules)
-    }
-}
-
 impl TileWise {
     /// Bytes of a list entry: depth, number of the splat, bitmap and distance to its next tile, in
     /// whole bytes.
@@ -105,10 +97,10 @@ impl TileWise {
     /// How its lists are made; `None` where they are there for nothing.
     pub fn list_shape(&self) -> Option<ListShape> {
         let b = &self.binning;
-        let block = match b.method {
-            BinningMethod::Free => return None,
-            BinningMethod::Append => Some(b.block.0),
-            BinningMethod::TwoPass => None,
+        let block = match b.implementation {
+            BinningImpl::Free => return None,
+            BinningImpl::Append => Some(b.block.0),
+            BinningImpl::TwoPass => None,
         };
         Some(ListShape {
             entry: self.list_entry(),
@@ -124,9 +116,7 @@ impl TileWise {
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile
     /// where its units change between sub-tiles, else none.
     pub fn state_bytes(&self) -> Bytes {
-        let is_serial = self.vru.organisation == Organisation::SubtileSerial;
-        let changes = is_serial && self.vru.switch != Switch::Free;
-        if !changes || self.geometry.subtiles() == 1 {
+        if !self.vru.implementation.swaps() || self.geometry.subtiles() == 1 {
             return Bytes(0);
         }
         let levels = u64::from(self.fovea.accumulators.max(1));
@@ -156,7 +146,7 @@ impl TileWise {
         };
         add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
         add(serde_json::to_vec(fovea));
-        if binning.method != BinningMethod::Free {
+        if binning.implementation != BinningImpl::Free {
             add(serde_json::to_vec(binning));
         }
         if codebook.entries > 0 {
@@ -445,10 +435,35 @@ pub struct GsuSpec {
     pub pivot_rule: PivotRule,
     /// What of a depth is in a key.
     pub depth: DepthKey,
-    /// Frames after which every list is sorted from nothing again; in between, the order of the
-    /// frame before is updated. 1 sorts every frame.
+    /// Where the order of a list comes from.
+    #[serde(rename = "impl")]
+    pub implementation: GsuImpl,
+    /// Frames after which every list is sorted from nothing again.
+    #[serde(default = "reused_frames")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
     pub reuse_period: u32,
+}
+
+/// As long as a number says.
+fn reused_frames() -> u32 {
+    65_536
+}
+
+impl GsuSpec {
+    /// Frames after which every list is sorted from nothing; 1 for every frame.
+    pub fn period(&self) -> u32 {
+        if self.implementation == GsuImpl::Update { self.reuse_period } else { 1 }
+    }
+}
+
+/// Where the order of a list comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GsuImpl {
+    /// Every list is sorted from nothing in every frame.
+    Sort,
+    /// The order of the frame before is updated, until `reuse-period` is over.
+    Update,
 }
 
 /// The `[vru]` table.
@@ -484,13 +499,11 @@ pub struct VruSpec {
     pub speculation: u32,
     /// Whether the next tile enters while the last one drains.
     pub tile_overlap: bool,
-    /// How the units of a core share the sub-tiles of a tile.
-    pub organisation: Organisation,
-    /// What it takes that all units go from one sub-tile to another; `free` with
-    /// `subtile-parallel`, where they do not.
-    pub switch: Switch,
+    /// How the units of a core go through the sub-tiles of a tile.
+    #[serde(rename = "impl")]
+    pub implementation: VruImpl,
     /// Entries that wait for the units of a sub-tile, or behind the scan, with the one that is
-    /// worked on: with `subtile-parallel` and with `switch = "scan"`.
+    /// worked on.
     #[serde(default = "queued_entries")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
     pub subtile_queue: u32,
@@ -524,40 +537,44 @@ fn colour_cycles() -> u32 {
 impl VruSpec {
     /// Whether entries wait in queues in front of the units.
     pub fn has_queues(&self) -> bool {
-        self.organisation == Organisation::SubtileParallel || self.switch == Switch::Scan
+        matches!(self.implementation, VruImpl::Parallel | VruImpl::Scan)
     }
 }
 
-/// How the units of a core share the sub-tiles of a tile.
+/// How the units of a core go through the sub-tiles of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Organisation {
-    /// All units work on one sub-tile at a time.
-    SubtileSerial,
-    /// Every sub-tile has its own share of the units, with a queue in front of it.
-    SubtileParallel,
-}
-
-/// What a core pays for when all of its units go from one sub-tile to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Switch {
-    /// Nothing: the pixel state of a tile is in the units, without area and energy of its own.
-    Free,
-    /// The pixel state of a sub-tile is written to the pixel buffer and that of another is read.
-    State,
-    /// The features of a chunk are scanned once for each sub-tile; the pixel state changes once
-    /// for each of them.
+pub enum VruImpl {
+    /// All of them together, from one sub-tile to the next for nothing: the pixel state of a tile
+    /// is in the units, without area and energy of its own.
+    Serial,
+    /// The same, where the pixel state of a sub-tile is written to the pixel buffer and that of
+    /// another is read.
+    Swap,
+    /// The same, where the features of a chunk are scanned once for each sub-tile, and the pixel
+    /// state changes once for each of them.
     Scan,
+    /// Every sub-tile has its own share of the units, with a queue in front of it.
+    Parallel,
 }
 
-impl Switch {
+impl VruImpl {
+    /// All of them.
+    pub const ALL: [VruImpl; 4] =
+        [VruImpl::Serial, VruImpl::Swap, VruImpl::Scan, VruImpl::Parallel];
+
+    /// Whether the pixel state of sub-tiles goes through the pixel buffer.
+    pub const fn swaps(self) -> bool {
+        matches!(self, VruImpl::Swap | VruImpl::Scan)
+    }
+
     /// The name in every file and output.
     pub const fn name(self) -> &'static str {
         match self {
-            Switch::Free => "free",
-            Switch::State => "state",
-            Switch::Scan => "scan",
+            VruImpl::Serial => "serial",
+            VruImpl::Swap => "swap",
+            VruImpl::Scan => "scan",
+            VruImpl::Parallel => "parallel",
         }
     }
 }
@@ -616,7 +633,8 @@ impl BufferSpecs {
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct BinningSpec {
     /// Who knows where the next entry of a tile goes.
-    pub method: BinningMethod,
+    #[serde(rename = "impl")]
+    pub implementation: BinningImpl,
     /// Bytes of the pointer to the end of a list, or of the counter of its entries.
     pub pointer_size: Bytes,
     /// Pointers on chip, over all CCUs; the others are in DRAM.
@@ -628,7 +646,7 @@ pub struct BinningSpec {
     pub line: Bytes,
     /// How bytes are written that begin inside of a line.
     pub partial: PartialWrite,
-    /// Bytes of the blocks in which lists grow, with `append`.
+    /// Bytes of the blocks in which lists grow.
     pub block: Bytes,
 }
 
@@ -642,7 +660,7 @@ impl Default for BinningSpec {
             ports: Ports::ReadOrWrite,
         };
         BinningSpec {
-            method: BinningMethod::Free,
+            implementation: BinningImpl::Free,
             pointer_size: Bytes(4),
             pointers: memory(16 << 10, 4),
             combining: memory(8 << 10, 8),
@@ -656,7 +674,7 @@ impl Default for BinningSpec {
 /// How lists are made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum BinningMethod {
+pub enum BinningImpl {
     /// Nobody: entries are written back to back, as if all pointers were known and all entries of a
     /// tile came together (a published count of bytes).
     Free,
@@ -667,13 +685,13 @@ pub enum BinningMethod {
     TwoPass,
 }
 
-impl BinningMethod {
+impl BinningImpl {
     /// The name in every file and output.
     pub const fn name(self) -> &'static str {
         match self {
-            BinningMethod::Free => "free",
-            BinningMethod::Append => "append",
-            BinningMethod::TwoPass => "two-pass",
+            BinningImpl::Free => "free",
+            BinningImpl::Append => "append",
+            BinningImpl::TwoPass => "two-pass",
         }
     }
 }

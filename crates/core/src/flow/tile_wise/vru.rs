@@ -8,9 +8,9 @@
 //! sub-tile skipping only pairs whose bitmap bit is set are executed, and none after the last pixel
 //! of a sub-tile has stopped. An entry takes at least one cycle to leave the feature buffer (A26).
 //!
-//! With `vru.organisation = "subtile-parallel"` every sub-tile has its own share of the units and a
-//! queue in front of it, and `vru.switch` prices the change of sub-tiles where all units take one
-//! after the other; what a chunk then takes is measured entry by entry ([`subtiles`]).
+//! With `vru.impl = "parallel"` every sub-tile has its own share of the units and a queue in front
+//! of it; with `"swap"` and `"scan"` all units take one sub-tile after the other, and the change
+//! costs; what a chunk then takes is measured entry by entry ([`subtiles`]).
 //!
 //! A tile opens in a cycle (`rtl/vru.sv`; none with `vru.tile-overlap`). Its last chunk also drains
 //! the pipeline, `latency` cycles, and finishes the pixels, one a cycle in each unit; the next tile
@@ -26,7 +26,7 @@
 use super::{BufferSpecs, RecordSpec};
 use crate::flow::tile_wise::subtiles;
 use crate::flow::tile_wise::subtiles::{ChunkRun, Discipline};
-use crate::flow::tile_wise::{FoveaSpec, Organisation, Switch, Termination, VruSpec};
+use crate::flow::tile_wise::{FoveaSpec, Termination, VruImpl, VruSpec};
 use crate::kernel::bank::Banks;
 use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
@@ -151,10 +151,7 @@ pub const VRU: StageDecl = StageDecl {
             Bias::Optimistic,
             "A86",
         )
-        .by("vru.organisation = \"subtile-serial\", vru.switch = \"free\"", |m| {
-            m.of_type::<VruSpec>().organisation == Organisation::SubtileSerial
-                && m.of_type::<VruSpec>().switch == Switch::Free
-        }),
+        .by("vru.impl = \"serial\"", |m| m.of_type::<VruSpec>().implementation == VruImpl::Serial),
         omit("pairs that begin before a stop is known", Bias::Optimistic, "A88")
             .by("vru.stop-latency = 0", |m| m.of_type::<VruSpec>().stop_latency == 0),
     ],
@@ -174,10 +171,10 @@ const RECORD_BITS: f64 = 152.0;
 
 /// Queues of a core: one for each sub-tile, or one behind the scan (A89).
 fn queues(m: &Machine) -> f64 {
-    match (m.of_type::<VruSpec>().organisation, m.of_type::<VruSpec>().switch) {
-        (Organisation::SubtileParallel, _) => f64::from(m.of_type::<Geometry>().subtiles()),
-        (Organisation::SubtileSerial, Switch::Scan) => 1.0,
-        (Organisation::SubtileSerial, Switch::Free | Switch::State) => 0.0,
+    match m.of_type::<VruSpec>().implementation {
+        VruImpl::Parallel => f64::from(m.of_type::<Geometry>().subtiles()),
+        VruImpl::Scan => 1.0,
+        VruImpl::Serial | VruImpl::Swap => 0.0,
     }
 }
 
@@ -188,9 +185,9 @@ fn pixel_bits(m: &Machine) -> f64 {
     let vru = &m.of_type::<VruSpec>();
     let copies = if vru.tile_overlap { 2.0 } else { 1.0 };
     let swapped = if m.tiles().state_bytes().0 > 0 { 2.0 } else { 1.0 };
-    let held = match vru.organisation {
-        Organisation::SubtileSerial => vru.pixels_per_unit,
-        Organisation::SubtileParallel => {
+    let held = match vru.implementation {
+        VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => vru.pixels_per_unit,
+        VruImpl::Parallel => {
             let share = m.of_type::<Geometry>().tile.pow(2).div_ceil(vru.units_per_core);
             share.max(vru.pixels_per_unit)
         }

@@ -136,22 +136,20 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
     contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
     contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
-    let parallel = "vru.organisation=subtile-parallel";
+    let parallel = "vru.impl=parallel";
     let units = "vru.units-per-core";
     contradicts(&[parallel, "vru.units-per-core=6"], units, "a multiple of 4");
     contradicts(&[parallel, "geometry.subtile=4", "vru.units-per-core=8"], units, "of 16");
-    contradicts(&[parallel, "vru.switch=state"], "vru.switch", "`vru.organisation`");
     let one = ["vru.termination=pixel", "vru.pixels-per-unit=1"];
     contradicts(&one, "vru.termination", "`vru.pixels-per-unit`");
-    let serial = "vru.organisation=subtile-serial";
-    let scan = [serial, "vru.switch=scan", "vru.termination=tile"];
-    contradicts(&scan, "vru.switch", "`vru.termination`");
+    let scan = ["vru.impl=scan", "vru.termination=tile"];
+    contradicts(&scan, "vru.impl", "`vru.termination`");
     contradicts(&["vru.pixel-state=0 B"], "vru.pixel-state", "from 1 B");
     contradicts(&[parallel, "vru.subtile-queue=0"], "vru.subtile-queue", "at least 1");
     // 2 x 4 x 64 x 3 B of pixels and 4 x 256 x 8 B of state.
-    let just = [serial, "vru.switch=state", "buffers.pixel-out.capacity=9728 B"];
+    let just = ["vru.impl=swap", "buffers.pixel-out.capacity=9728 B"];
     assert!(Machine::parse_with(gscore(), &sets(&just)).is_ok());
-    let less = [serial, "vru.switch=state", "buffers.pixel-out.capacity=9727 B"];
+    let less = ["vru.impl=swap", "buffers.pixel-out.capacity=9727 B"];
     contradicts(&less, "buffers.pixel-out.capacity", "`vru.pixel-state` 8 B");
 }
 
@@ -203,7 +201,7 @@ fn keys_of_parts_that_are_not_there_are_refused() {
         let set = format!("{}={value}", own.path);
         let without = [
             ("gscore", ""),
-            ("gscore", "vru.organisation=subtile-serial"),
+            ("gscore", "vru.impl=serial"),
             ("vorion", ""),
             ("gbu", "cache.eviction=lru"),
             ("vorion", "region.slices=1"),

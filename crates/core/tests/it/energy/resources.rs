@@ -44,7 +44,7 @@ const BASE: [&str; 16] = [
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
     "vru.blend-stall=2",
-    "vru.organisation=subtile-parallel",
+    "vru.impl=parallel",
     "vru.pixels-per-unit=16",
     "vru.stop-latency=16",
     "record.colour-extra=2 B",
@@ -218,7 +218,7 @@ fn units_grow_with_what_is_in_them() {
     is("vru.speculation=2", 2, 1.0 + 0.051 * 64.0 / 192.0);
     is("vru.pixels-per-unit=32", 3, 1.145);
     is("vru.tile-overlap=true", 3, 1.145);
-    is("vru.organisation=subtile-serial", 3, 1.0 - 0.145 * 0.75 - 0.0317 * 72.0 / 224.0);
+    is("vru.impl=serial", 3, 1.0 - 0.145 * 0.75 - 0.0317 * 72.0 / 224.0);
     is("vru.subtile-queue=16", 3, 1.0 + 0.0317 * 7.0 * 72.0 / 224.0);
     is("vru.recurrence=1", 3, 1.0 + 3.0 * 0.08);
     is("vru.blend-stall=1", 3, 1.0 - 0.41 / 2.0);

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use powergs_core::flow::tile_wise::layout::Layout;
 use powergs_core::flow::tile_wise::schedule::Plan;
 use powergs_core::flow::tile_wise::subtiles::ChunkRun;
-use powergs_core::flow::tile_wise::{Fetch, Organisation, Overlap, Switch};
+use powergs_core::flow::tile_wise::{Fetch, Overlap, VruImpl};
 use powergs_core::flow::tile_wise::{FrameContext, ResolvedUnits, STREAMS};
 use powergs_core::machine::Machine;
 use powergs_core::workload::FrameWorkload;
@@ -86,8 +86,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     let waits_for_lists = machine.tiles().schedule.overlap == Overlap::Tiles;
     let (written, second_pass) = (BTreeMap::new(), u64::MAX);
     let vru = &machine.tiles().vru;
-    let is_free = vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free;
-    let runs = (!is_free || vru.stop_latency > 0).then(|| {
+    let runs = (vru.implementation != VruImpl::Serial || vru.stop_latency > 0).then(|| {
         let tiles = 0..workload.tiles.len();
         tiles.map(|tile| subtiles::runs(workload, &design, tile)).collect()
     });

@@ -3,7 +3,7 @@
 use powergs_base::quantity::Bytes;
 use powergs_core::flow::tile_wise::ResolvedUnits;
 use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
-use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
+use powergs_core::flow::tile_wise::{Termination, VruImpl};
 use powergs_core::machine::Machine;
 use powergs_core::machine::Ports;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
@@ -90,7 +90,7 @@ fn a_gap_in_front_of_a_chunk_is_between_two_exact_counts() {
     let mut sums = [0; 3];
     for seed in 0..CASES {
         let Some((machine, workload, units)) = case(seed) else { continue };
-        if machine.tiles().vru.organisation == Organisation::SubtileParallel {
+        if machine.tiles().vru.implementation == VruImpl::Parallel {
             let own = with_gaps(&workload, &units, &mut Dice::new(seed + CASES), 100);
             (0..3).for_each(|i| sums[i] += own[i]);
         }
@@ -102,7 +102,7 @@ fn a_gap_in_front_of_a_chunk_is_between_two_exact_counts() {
     let workload = bin(&dense_frame(3), geometry);
     let mut machine = gscore();
     machine.tiles_mut().geometry = geometry;
-    machine.tiles_mut().vru.organisation = Organisation::SubtileParallel;
+    machine.tiles_mut().vru.implementation = VruImpl::Parallel;
     // Close as long as a queue holds no more than a chunk.
     for (depth, most) in [(2, 0.005), (4, 0.005), (8, 0.005), (16, 0.01), (64, 0.25)] {
         machine.tiles_mut().vru.subtile_queue = depth;
@@ -128,15 +128,15 @@ fn rendered_frames_agree_with_the_counters_of_their_chunks() {
     };
     // A change of state that is always hidden.
     let hidden = with(&|m| {
-        m.tiles_mut().vru.switch = Switch::State;
+        m.tiles_mut().vru.implementation = VruImpl::Swap;
         m.tiles_mut().buffers.pixel_out.ports = Ports::ReadAndWrite;
         m.tiles_mut().buffers.pixel_out.word = Bytes(64);
         m.tiles_mut().buffers.pixel_out.banks = 8;
     });
-    let scanned = with(&|m| m.tiles_mut().vru.switch = Switch::Scan);
+    let scanned = with(&|m| m.tiles_mut().vru.implementation = VruImpl::Scan);
     let parallel = |depth| {
         with(&|m| {
-            m.tiles_mut().vru.organisation = Organisation::SubtileParallel;
+            m.tiles_mut().vru.implementation = VruImpl::Parallel;
             m.tiles_mut().vru.subtile_queue = depth;
         })
     };
@@ -182,22 +182,15 @@ fn rendered_frames_agree_with_the_counters_of_their_chunks() {
 fn what_stops_late_works_in_vain() {
     let geometry = Geometry { chunk: 64, ..Geometry::REFERENCE };
     let workload = bin(&dense_frame(3), geometry);
-    let ways = [
-        (Organisation::SubtileSerial, Switch::Free),
-        (Organisation::SubtileSerial, Switch::State),
-        (Organisation::SubtileSerial, Switch::Scan),
-        (Organisation::SubtileParallel, Switch::Free),
-    ];
-    for (organisation, switch) in ways {
+    for way in VruImpl::ALL {
         for termination in [Termination::Subtile, Termination::Tile] {
-            if (switch, termination) == (Switch::Scan, Termination::Tile) {
+            if (way, termination) == (VruImpl::Scan, Termination::Tile) {
                 continue;
             }
             let of = |latency| {
                 let mut machine = gscore();
                 machine.tiles_mut().geometry = geometry;
-                (machine.tiles_mut().vru.organisation, machine.tiles_mut().vru.switch) =
-                    (organisation, switch);
+                machine.tiles_mut().vru.implementation = way;
                 (machine.tiles_mut().vru.termination, machine.tiles_mut().vru.stop_latency) =
                     (termination, latency);
                 let units = ResolvedUnits::new(&machine);
@@ -208,7 +201,7 @@ fn what_stops_late_works_in_vain() {
                 all.iter().map(|run| run.vain).sum::<u64>()
             };
             let (some, more) = (of(20), of(200));
-            assert!(0 < some && some < more, "{organisation:?} {switch:?}: {some} {more}");
+            assert!(0 < some && some < more, "{way:?}: {some} {more}");
         }
     }
 }

@@ -81,7 +81,8 @@ fn names_tell_machines_apart() {
     let all = [("ccu", "same"), ("qsu", "same"), ("bsu", "same"), ("vru", "same")];
     assert_eq!(outside.tiles().rules.names(), all);
     assert_eq!(outside.flow().shared(&outside), None, "its preprocessing is its own");
-    assert_eq!(outside.to_toml(), machine.to_toml(), "rules are not in machine files");
+    assert!(outside.to_toml().contains("[rules]"), "a machine file names them");
+    assert!(!machine.to_toml().contains("rules"), "where there are none, nothing is said");
 }
 
 /// Some cycles for any piece of work, and some actions.

@@ -120,7 +120,8 @@ fn unlinked() -> Machine {
                 spill: Spill::Overflow,
                 pivot_rule: PivotRule::Range,
                 depth: DepthKey::Fp16,
-                reuse_period: 1,
+                implementation: GsuImpl::Sort,
+                reuse_period: 2,
             },
             vru: VruSpec {
                 cores: 4,
@@ -133,8 +134,7 @@ fn unlinked() -> Machine {
                 blend_stall: 0,
                 speculation: 0,
                 tile_overlap: false,
-                organisation: Organisation::SubtileSerial,
-                switch: Switch::Free,
+                implementation: VruImpl::Serial,
                 subtile_queue: 16,
                 pixel_state: Bytes(8),
                 stop_latency: 0,
@@ -155,7 +155,7 @@ fn unlinked() -> Machine {
                 pixel_out: buffer(16),
             },
             binning: BinningSpec {
-                method: BinningMethod::Free,
+                implementation: BinningImpl::Free,
                 pointer_size: Bytes(4),
                 pointers: buffer(32),
                 combining: buffer(64),
@@ -327,7 +327,8 @@ impl Dice {
             spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
             pivot_rule: PivotRule::Range,
             depth: DepthKey::Fp16,
-            reuse_period: 1,
+            implementation: GsuImpl::Sort,
+            reuse_period: 2,
         };
         machine.tiles_mut().vru = VruSpec {
             cores: self.roll(1, 3),
@@ -537,9 +538,9 @@ impl Dice {
         };
         let line = line.max(entry.next_power_of_two());
         machine.tiles_mut().binning = BinningSpec {
-            method: self.pick(&match can_count {
-                true => [BinningMethod::Append, BinningMethod::TwoPass],
-                false => [BinningMethod::Append; 2],
+            implementation: self.pick(&match can_count {
+                true => [BinningImpl::Append, BinningImpl::TwoPass],
+                false => [BinningImpl::Append; 2],
             }),
             pointer_size: Bytes(4),
             pointers: buffer(self, 4),
@@ -647,18 +648,17 @@ impl Dice {
             return;
         }
         let (g, vru) = (machine.tiles().geometry, &mut machine.tiles_mut().vru);
-        let (serial, parallel) = (Organisation::SubtileSerial, Organisation::SubtileParallel);
-        (vru.organisation, vru.switch) = self.pick(&[
-            (parallel, Switch::Free),
-            (parallel, Switch::Free),
-            (serial, Switch::Free),
-            (serial, Switch::State),
-            (serial, Switch::Scan),
+        vru.implementation = self.pick(&[
+            VruImpl::Parallel,
+            VruImpl::Parallel,
+            VruImpl::Serial,
+            VruImpl::Swap,
+            VruImpl::Scan,
         ]);
-        if vru.organisation == parallel {
+        if vru.implementation == VruImpl::Parallel {
             vru.units_per_core = g.subtiles() * self.pick(&[1, 2]);
         }
-        if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
+        if vru.implementation == VruImpl::Scan && vru.termination == Termination::Tile {
             vru.termination = Termination::Subtile;
         }
         vru.subtile_queue = self.pick(&[1, 2, 3, 16, 65536]);

@@ -3,7 +3,7 @@
 //! A sort group is a square of tiles, and a tile is a whole number of sub-tiles. So where an axis
 //! varies `geometry.tile` and nothing says what becomes of these two, groups keep their number of
 //! tiles of the base machine, and sub-tiles their size, up to a tile; where each sub-tile has its
-//! own units (`subtile-parallel`), they are as large as the units are enough for.
+//! own units (`vru.impl = "parallel"`), they are as large as the units are enough for.
 
 use std::collections::BTreeSet;
 
@@ -76,9 +76,9 @@ fn is_tile(key: &Key) -> bool {
 
 /// How many sub-tiles may be side by side in a tile, where each has its own units.
 fn most_abreast(base: &Table) -> Option<i64> {
-    let organisation = get(base, "vru.organisation").and_then(Value::as_str);
+    let way = get(base, "vru.impl").and_then(Value::as_str);
     let units = get(base, "vru.units-per-core").and_then(Value::as_integer);
-    let units = units.filter(|n| *n > 0 && organisation == Some("subtile-parallel"))?;
+    let units = units.filter(|n| *n > 0 && way == Some("parallel"))?;
     Some(1 << (units.ilog2() / 2))
 }
 

@@ -1,7 +1,7 @@
 //! Consistency of the keys that say how lists are made.
 
 use crate::flow::tile_wise::TileWise;
-use crate::flow::tile_wise::{BinningMethod, Overlap};
+use crate::flow::tile_wise::{BinningImpl, GsuImpl, Overlap};
 use crate::machine::check::Found;
 use powergs_base::quantity::Bytes;
 
@@ -12,7 +12,7 @@ const BLOCK_MAX: Bytes = Bytes(1 << 20);
 /// Adds what is wrong with them.
 pub(super) fn check(m: &TileWise, found: &mut Found) {
     let b = &m.binning;
-    if b.method == BinningMethod::Free {
+    if b.implementation == BinningImpl::Free {
         return;
     }
     let entry = Bytes(m.list_entry());
@@ -42,7 +42,7 @@ pub(super) fn check(m: &TileWise, found: &mut Found) {
         found.add("binning.pointer-size", message);
     }
     let fits = b.block.0.is_multiple_of(b.line.0.max(1)) && b.block > b.pointer_size;
-    if b.method == BinningMethod::Append && (!fits || b.block > BLOCK_MAX) {
+    if b.implementation == BinningImpl::Append && (!fits || b.block > BLOCK_MAX) {
         let message = format!(
             "`binning.block` = {} must be a multiple of `binning.line` = {}, hold more than \
              `binning.pointer-size` = {}, and be at most {BLOCK_MAX}",
@@ -52,18 +52,18 @@ pub(super) fn check(m: &TileWise, found: &mut Found) {
     }
     let mut excludes = |key, value: String, remedy: &str, set: &str| {
         let message = format!(
-            "`{key}` = {value} contradicts `binning.method` = \"{}\": {remedy}, or set \
-             `binning.method` = \"free\"",
-            b.method.name()
+            "`{key}` = {value} contradicts `binning.impl` = \"{}\": {remedy}, or set \
+             `binning.impl` = \"free\"",
+            b.implementation.name()
         );
         found.add(key, message);
         found.ends_with(key, set);
     };
-    if m.gsu.reuse_period > 1 {
-        let period = m.gsu.reuse_period.to_string();
-        excludes("gsu.reuse-period", period, "updated lists lie back to back; set 1", "1");
+    if m.gsu.implementation == GsuImpl::Update {
+        let remedy = "updated lists lie back to back; set \"sort\"";
+        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "sort");
     }
-    if b.method == BinningMethod::TwoPass && m.schedule.overlap != Overlap::None {
+    if b.implementation == BinningImpl::TwoPass && m.schedule.overlap != Overlap::None {
         let overlap = "\"tiles\" or \"frames\"".to_owned();
         let remedy = "nothing overlaps with two passes over all splats; set \"none\"";
         excludes("schedule.overlap", overlap, remedy, "none");

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use powergs_core::flow::tile_wise::ResolvedUnits;
 use powergs_core::flow::tile_wise::subtiles::ChunkRun;
-use powergs_core::flow::tile_wise::{Organisation, Switch, Termination};
+use powergs_core::flow::tile_wise::{Termination, VruImpl};
 use powergs_core::workload::FrameWorkload;
 
 /// A tile on the units of a core.
@@ -37,10 +37,10 @@ struct Units {
 
 pub fn runs(workload: &FrameWorkload, design: &ResolvedUnits, tile: usize) -> Vec<ChunkRun> {
     let tile = Tile::new(workload, design, tile);
-    match (design.vru.spec.organisation, design.vru.spec.switch) {
-        (Organisation::SubtileParallel, _) => tile.parallel(),
-        (_, Switch::Scan) => tile.scan(),
-        _ => tile.one_by_one(),
+    match design.vru.spec.implementation {
+        VruImpl::Parallel => tile.parallel(),
+        VruImpl::Scan => tile.scan(),
+        VruImpl::Serial | VruImpl::Swap => tile.one_by_one(),
     }
 }
 
@@ -70,8 +70,8 @@ impl<'a> Tile<'a> {
         let wanted = wanted.collect();
         // Words of the state of a sub-tile, written and read, through all banks of a core.
         let vru = &design.vru;
-        let swap = match vru.spec.switch {
-            Switch::Free => 0,
+        let swap = match vru.spec.implementation {
+            VruImpl::Serial | VruImpl::Parallel => 0,
             _ => vru.pixels.excess(vru.swapped, vru.swapped, 0),
         };
         Tile { design, wanted, stops: workload.stops_of(tile), chunks, swap }
@@ -91,9 +91,9 @@ impl<'a> Tile<'a> {
 
     fn pair(&self, s: usize, entry: u32) -> u64 {
         let spec = &self.design.vru.spec;
-        let units = match spec.organisation {
-            Organisation::SubtileSerial => spec.units_per_core,
-            Organisation::SubtileParallel => spec.units_per_core / self.stops.len() as u32,
+        let units = match spec.implementation {
+            VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => spec.units_per_core,
+            VruImpl::Parallel => spec.units_per_core / self.stops.len() as u32,
         };
         let pixels = self.design.vru.subtile * self.design.vru.subtile;
         let mut rounds = 0;

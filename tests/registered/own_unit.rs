@@ -2,21 +2,21 @@
 
 use std::path::Path;
 
-use powergs_sim::flow::tile_wise::{Rule, UnitRule, UnitRules};
+use powergs_sim::flow::tile_wise::{UnitRule, register};
 use powergs_sim::kernel::Unit;
-use powergs_sim::run::{RunError, Session, Subject, System, TraceFile};
+use powergs_sim::run::files::DiskFiles;
+use powergs_sim::run::{RunError, Session, Subject, System, SystemSpec, TraceFile};
 use powergs_sim::sim::FrameReport;
 use powergs_sim::stage::{Does, hardware, stage_id};
 
-// Its `main` is not called here.
-#[allow(dead_code)]
-#[path = "../../examples/own_unit.rs"]
-mod example;
+use crate::example_unit as example;
+use crate::registered;
 
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
 
 #[test]
 fn another_vru_rule_is_replayed_beside_the_built_in_one() {
+    registered();
     let both = example::replay_both(Path::new(DEMO), "gscore-powergs");
     let [built_in, own] = both.expect("it replays");
     assert!(!own.is_empty() && own.len() == built_in.len());
@@ -57,6 +57,23 @@ impl<U: Unit> UnitRule<U> for Nothing {
     }
 }
 
+/// Registers the rules of these tests.
+pub fn register_rules() {
+    use powergs_sim::flow::tile_wise::{bsu::Bsu, ccu::Ccu, qsu::Qsu, vru::Vru};
+    register(example::DualIssue).expect("nobody has it");
+    register::<Ccu>(Same).expect("nobody has it");
+    register::<Qsu>(Same).expect("nobody has it");
+    register::<Bsu>(Same).expect("nobody has it");
+    register::<Vru>(Same).expect("nobody has it");
+    register::<Vru>(Nothing).expect("nobody has it");
+    assert!(register::<Vru>(Same).is_err(), "it is there");
+}
+
+fn with(machine: &str, sets: &[&str]) -> Result<System, RunError> {
+    let sets = sets.iter().map(|set| (*set).to_owned()).collect();
+    System::load(&SystemSpec { sets, ..SystemSpec::named(machine) }, &DiskFiles)
+}
+
 fn replay(systems: &[&System]) -> Result<Vec<Vec<FrameReport>>, RunError> {
     let mut trace = TraceFile::open(Path::new(DEMO))?;
     let subjects: Vec<Subject> = systems.iter().map(|system| Subject::of(system)).collect();
@@ -68,14 +85,11 @@ fn replay(systems: &[&System]) -> Result<Vec<Vec<FrameReport>>, RunError> {
 
 #[test]
 fn rules_that_equal_the_built_in_ones_give_the_same_reports() {
+    registered();
     for machine in ["gscore", "neo"] {
         let built_in = System::named(machine).expect("it comes with the program");
-        let own = built_in.clone().with_rules(UnitRules {
-            ccu: Rule::new(Same),
-            qsu: Rule::new(Same),
-            bsu: Rule::new(Same),
-            vru: Rule::new(Same),
-        });
+        let all = ["rules.ccu=same", "rules.qsu=same", "rules.bsu=same", "rules.vru=same"];
+        let own = with(machine, &all).expect("they are registered");
         assert_ne!(own.timing_id(), built_in.timing_id(), "another rule by name");
         assert_ne!(own.id(), built_in.id());
         let same = replay(&[&built_in, &own]).expect("it replays");
@@ -92,9 +106,11 @@ fn rules_that_equal_the_built_in_ones_give_the_same_reports() {
 
 #[test]
 fn a_rule_that_breaks_its_contract_is_no_internal_error() {
-    let built_in = System::named("gscore").expect("it comes with the program");
-    let rules = UnitRules { vru: Rule::new(Nothing), ..UnitRules::default() };
-    let error = replay(&[&built_in.with_rules(rules)]).expect_err("a refusal");
+    registered();
+    let unknown = with("gscore", &["rules.vru=nothin"]).expect_err("no such rule").message();
+    assert!(unknown.contains("did you mean \"nothing\"?"), "{unknown}");
+    let nothing = with("gscore", &["rules.vru=nothing"]).expect("it is registered");
+    let error = replay(&[&nothing]).expect_err("a refusal");
     assert!(matches!(error, RunError::Incompatible { .. }), "{error}");
     assert!(error.message().contains("rule `nothing` of the vru returns 0 cycles"), "{error}");
 }
