@@ -2,16 +2,11 @@
 //!
 //! A host converts Gaussians; each blending unit takes a tile, reads the Gaussians that touch it in
 //! chunks, in the order in which they are stored, adds them up for every pixel that they cover, and
-//! divides by the weights at the end. Nothing is sorted and nothing stops early. Its `calibrated`
-//! memory is the flat one, because it says nothing of a run to calibrate it with.
+//! divides by the weights at the end. Nothing is sorted and nothing stops early.
 //!
-//! ```sh
-//! cargo run --release --example own_flow -- \
-//!     replay traces/demo.bin --arch examples/own_flow/unsorted.toml
-//! cargo run --release --example own_flow -- \
-//!     sweep examples/own_flow/sweep.toml --traces traces/demo.bin
-//! cargo run --release --example own_flow -- explain BLENDER
-//! ```
+//! `cargo run --release --example own_flow -- COMMAND`, with `replay traces/demo.bin --arch
+//! examples/own_flow/unsorted.toml`, `sweep examples/own_flow/sweep.toml --traces traces/demo.bin`,
+//! `explain BLENDER`, or any other command of the program.
 
 use std::process::ExitCode;
 
@@ -20,7 +15,7 @@ use powergs_sim::flow::resident::Cut;
 use powergs_sim::flow::resident::work::{RegionShape, ResidentFrame};
 use powergs_sim::flow::{self, Dataflow, FlowOutcome, FrameTask, SimError, TablesDecl, WorkKey};
 use powergs_sim::kernel::buffer::{BufferAllocator, usage};
-use powergs_sim::kernel::dram::Dram;
+use powergs_sim::kernel::calibration::{Calibration, CalibrationRecorder, Recording, Reference};
 use powergs_sim::kernel::ledger::{Account, cycles};
 use powergs_sim::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use powergs_sim::kernel::stream::{Streams, reads, writes};
@@ -133,10 +128,12 @@ impl Dataflow for UnsortedFlow {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError> {
         self.fits(task)?;
-        let frame = task.work.of().expect("it has the key");
+        let (machine, frame) = (task.machine, task.work.of().expect("it has the key"));
+        let on_device = |m: &Machine, r: &mut CalibrationRecorder| through(m, frame, None, r).1;
+        let flat = Reference::calibration(machine, task.memo, |_| {}, on_device, (&STREAMS, false));
         Ok(match observer {
-            None => run(task.machine, frame, &mut ()),
-            Some(mut observer) => run(task.machine, frame, &mut observer),
+            None => through(machine, frame, flat.as_deref(), &mut ()).0,
+            Some(mut observer) => through(machine, frame, flat.as_deref(), &mut observer).0,
         })
     }
 }
@@ -164,7 +161,6 @@ struct Blenders<'a, O> {
     memory: Memory<'a, Ranges>,
     units: Vec<Unit>,
     next_tile: usize,
-    /// When the last pixels were written.
     end: u64,
     observer: &'a mut O,
 }
@@ -239,12 +235,16 @@ impl<O: Observer> kernel::Agents for Blenders<'_, O> {
     }
 }
 
-fn run<O: Observer>(machine: &Machine, frame: &ResidentFrame, observer: &mut O) -> FlowOutcome {
+fn through<O: Observer>(
+    machine: &Machine,
+    frame: &ResidentFrame,
+    calibration: Option<&Calibration>,
+    observer: &mut O,
+) -> (FlowOutcome, Option<Recording>) {
     let spec: &BlenderSpec = machine.of_type();
     let stage = hardware().stage_called("blender").expect("it is registered");
     let read = frame.entries.len() as u64 * spec.feature.0;
     let end = read + frame.regions.len() as u64 * u64::from(spec.tile).pow(2) * spec.pixel.0;
-    let flat = Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS);
     let unit = |n: u32| Unit {
         doing: Doing::Nothing,
         tile: 0,
@@ -254,7 +254,7 @@ fn run<O: Observer>(machine: &Machine, frame: &ResidentFrame, observer: &mut O) 
     let mut all = Blenders {
         spec,
         frame,
-        memory: Memory::new(Ranges { end }, &STREAMS, machine, flat, None),
+        memory: Memory::new(Ranges { end }, &STREAMS, machine, calibration),
         units: (0..spec.units).map(unit).collect(),
         next_tile: 0,
         end: 0,
@@ -264,8 +264,7 @@ fn run<O: Observer>(machine: &Machine, frame: &ResidentFrame, observer: &mut O) 
     let end = all.end;
     all.memory.close(end);
     all.units.iter_mut().for_each(|unit| unit.account.up_to(end, all.observer));
-    let mut buffers = hardware().buffers();
-    let store = buffers.find(|(_, buffer)| buffer.name == "blender_in").expect("declared").0;
+    let store = hardware().buffer_called("blender-in").expect("declared");
     let timing = FrameTiming {
         frame: end,
         preprocessing_end: 0,
@@ -289,7 +288,8 @@ fn run<O: Observer>(machine: &Machine, frame: &ResidentFrame, observer: &mut O) 
     for (key, n) in counts {
         actions.charge(Phase::Rendering, hardware().action_called(key).expect("declared"), n);
     }
-    FlowOutcome::plain(timing, actions, all.memory.traffic(), evaluated)
+    let outcome = FlowOutcome::plain(timing, actions, all.memory.traffic(), evaluated);
+    (outcome, all.memory.recording())
 }
 
 /// The program, with one more dataflow.

@@ -34,7 +34,11 @@ fn it_keeps_the_laws() {
     let trial = Trial {
         machine: &text,
         files: &[("prices.toml", prices.as_bytes())],
-        variants: &[&[], &["blender.units=3", "dram.model=bandwidth"], &["blender.tile=64"]],
+        variants: &[
+            &[],
+            &["blender.units=3", "dram.model=bandwidth"],
+            &["blender.tile=64", "dram.model=calibrated"],
+        ],
         frames: &frames(),
         settled: &[],
         slack: 0.05,

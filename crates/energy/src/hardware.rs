@@ -264,6 +264,11 @@ impl Hardware {
         self.buffers[buffer.index()].0
     }
 
+    /// The buffer with a key.
+    pub fn buffer_called(&self, key: &str) -> Option<BufferId> {
+        self.buffers().find(|(_, buffer)| buffer.key() == key).map(|(id, _)| id)
+    }
+
     /// All parts, with their stages.
     pub fn parts(&self) -> impl Iterator<Item = (PartId, StageId, &PartFacts)> {
         self.parts.iter().enumerate().map(|(i, (stage, part))| (PartId::new(i), *stage, part))

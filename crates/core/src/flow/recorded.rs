@@ -2,7 +2,7 @@
 //!
 //! A file of rows says, frame by frame, how many cycles the machine takes with a memory that
 //! answers at once, how often it does what an energy table has a price for, and which bytes it
-//! reads and writes, when, and when it needs them ([`file`]). Its requests are timed by the
+//! reads and writes, when, and when it needs them ([`mod@file`]). Its requests are timed by the
 //! memory of the machine file: the run stands still while something that it needs is not there, and
 //! while `recorded.outstanding` requests are under way. Everything behind that is as for other
 //! dataflows: prices, area, statistics, sweeps over the memory and the clock.

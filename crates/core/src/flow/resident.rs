@@ -32,15 +32,14 @@ use std::sync::Arc;
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, Work, WorkKey,
 };
-use crate::kernel::calibration::{CalibrationRecorder, Recording};
-use crate::kernel::dram::Dram;
+use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::cycles;
 use crate::kernel::memory::{Arrival, Memory, Request};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
-use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, MemoKey, drive};
+use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
 use crate::machine::check::Contradiction;
-use crate::machine::{BufferSpec, DramModel, GatingSpec, Machine, Optional};
+use crate::machine::{BufferSpec, Machine, Optional};
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, sram_read, sram_write, work_id};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
@@ -304,52 +303,26 @@ impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
     }
 }
 
-/// The machine whose run on the device calibrates another one: the same requests, by units and
-/// buffers that are always the same.
-#[derive(Debug, PartialEq)]
-struct Reference(Machine);
-
-impl MemoKey for Reference {
-    type Value = Calibration;
-    const MOST: usize = 1024;
-}
-
-impl Reference {
-    /// That of a machine.
-    fn of(machine: &Machine) -> Reference {
-        let mut reference = machine.clone();
-        reference.dram.model = DramModel::Banked;
-        (reference.name, reference.description) = (String::new(), String::new());
-        reference.energy = String::new();
-        reference.gating = GatingSpec::default();
-        let m = reference.resident_mut();
-        (m.front.units, m.front.queue, m.front.latency) = (8, 16, 16);
-        m.front.operations_per_cycle = 1 << 20;
-        (m.order.units, m.order.keys_per_cycle, m.order.latency) = (8, 4, 4);
-        (m.raster.engines, m.raster.latency) = (if m.front.lazy { 1 } else { 8 }, 4);
-        let region = m.stores.pixels.capacity.0 / u64::from(machine.resident().raster.engines);
-        let (batch, chunk) = (u64::from(m.front.batch), u64::from(m.raster.chunk));
-        let g = &m.gaussian;
-        let record = g.position.0 + g.shape.0 + g.colour.0;
-        let all = [4 * batch * record, 4 * batch * g.feature.0, 16 << 10, 8 * m.chunk_bytes(chunk)];
-        let s = &mut m.stores;
-        let stores = [&mut s.records, &mut s.results, &mut s.keys, &mut s.gaussians];
-        for (store, bytes) in stores.into_iter().zip(all) {
-            store.capacity.0 = 8 * bytes;
-        }
-        s.pixels.capacity.0 = 16 * region;
-        s.tail.capacity = s.gaussians.capacity;
-        Reference(reference)
+/// Makes a machine the one whose run on the device calibrates others: the same requests, by units
+/// and buffers that are always the same.
+fn refer(reference: &mut Machine) {
+    let m = reference.resident_mut();
+    let region = m.stores.pixels.capacity.0 / u64::from(m.raster.engines);
+    (m.front.units, m.front.queue, m.front.latency) = (8, 16, 16);
+    m.front.operations_per_cycle = 1 << 20;
+    (m.order.units, m.order.keys_per_cycle, m.order.latency) = (8, 4, 4);
+    (m.raster.engines, m.raster.latency) = (if m.front.lazy { 1 } else { 8 }, 4);
+    let (batch, chunk) = (u64::from(m.front.batch), u64::from(m.raster.chunk));
+    let g = &m.gaussian;
+    let record = g.position.0 + g.shape.0 + g.colour.0;
+    let all = [4 * batch * record, 4 * batch * g.feature.0, 16 << 10, 8 * m.chunk_bytes(chunk)];
+    let s = &mut m.stores;
+    let stores = [&mut s.records, &mut s.results, &mut s.keys, &mut s.gaussians];
+    for (store, bytes) in stores.into_iter().zip(all) {
+        store.capacity.0 = 8 * bytes;
     }
-
-    /// What its run says of the memory.
-    fn measure(&self, frame: &ResidentFrame) -> Calibration {
-        let Reference(machine) = self;
-        let (_, recording) = through(machine, frame, None, &mut CalibrationRecorder);
-        let recording = recording.expect("a run with a device has a recording");
-        let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
-        Calibration::of(&recording, &STREAMS, device, true)
-    }
+    s.pixels.capacity.0 = 16 * region;
+    s.tail.capacity = s.gaussians.capacity;
 }
 
 /// What a run on its device says of a machine's memory, where that is `calibrated`.
@@ -358,8 +331,10 @@ pub fn calibration(
     frame: &ResidentFrame,
     memo: &Memo,
 ) -> Option<Arc<Calibration>> {
-    (machine.dram.model == DramModel::Calibrated)
-        .then(|| memo.get(Reference::of(machine), |key| key.measure(frame)))
+    let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
+        through(reference, frame, None, recorder).1
+    };
+    Reference::calibration(machine, memo, refer, run, (&STREAMS, true))
 }
 
 /// Takes a frame through a machine.
@@ -376,11 +351,7 @@ fn through<O: Observer>(
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let m = machine.resident();
-    let dram = match calibration {
-        Some(calibration) => calibration.dram(),
-        None => Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
-    };
-    let memory = Memory::new(Layout::new(frame, m), &STREAMS, machine, dram, calibration);
+    let memory = Memory::new(Layout::new(frame, m), &STREAMS, machine, calibration);
     let mut next_pixel = 0;
     let first_pixel = frame.regions.iter().map(|region| {
         let first = next_pixel;

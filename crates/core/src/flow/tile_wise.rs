@@ -33,12 +33,13 @@ use super::{
     CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
     History, Incompatible, ListOrder, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
+use crate::kernel::calibration::{CalibrationRecorder, Reference};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use crate::kernel::{Calibration, FrameTiming, Memo};
 use crate::machine::check::Contradiction;
-use crate::machine::{DramModel, Machine, Optional};
+use crate::machine::{Machine, Optional};
 use crate::stage::StageDecl;
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
@@ -58,7 +59,6 @@ pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
 pub use tables::*;
 
 use measures::CacheKey;
-use reference::Reference;
 use schedule::Plan;
 use subtiles::{ChunkRun, Discipline};
 use vru::{ALPHA, STOPPED_PIXEL};
@@ -299,10 +299,11 @@ pub fn calibration(
     context: &FrameContext,
     memo: &Memo,
 ) -> Option<Arc<Calibration>> {
-    (machine.dram.model == DramModel::Calibrated).then(|| {
-        let make = |key: &Reference| reference::measure(workload, &key.0, context, memo);
-        memo.get(Reference(reference::machine(machine)), make)
-    })
+    let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
+        reference::measure(workload, reference, context, memo, recorder)
+    };
+    let is_apart = machine.tiles().schedule.overlap == Overlap::None;
+    Reference::calibration(machine, memo, reference::refer, run, (&STREAMS, is_apart))
 }
 
 /// Takes a frame through a machine, with what is measured of it.

@@ -208,9 +208,10 @@ impl<'a, L: Layout> Memory<'a, L> {
         layout: L,
         streams: &'static Streams,
         machine: &Machine,
-        flat: Dram,
         calibration: Option<&'a Calibration>,
     ) -> Self {
+        let plain = || Dram::new(&machine.dram, machine.dram_peak(), machine.clock, streams);
+        let flat = calibration.map_or_else(plain, Calibration::dram);
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
         let spec = &machine.dram.second_master;
         let mut master = None;
@@ -411,7 +412,7 @@ impl<'a, L: Layout> Memory<'a, L> {
 
     /// The requests with their times, and what the device did; `None` without a device whose
     /// requests an observer wanted.
-    pub(crate) fn recording(&mut self) -> Option<Recording> {
+    pub fn recording(&mut self) -> Option<Recording> {
         let Timer::Banked(queued, clocks) = &self.timer else { return None };
         let mut samples = std::mem::take(&mut self.samples);
         for (sample, request) in samples.iter_mut().zip(&queued.requests) {

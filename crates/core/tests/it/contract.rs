@@ -1,7 +1,8 @@
 //! Tile-wise machines keep the laws of every dataflow.
 
 use powergs_base::config::embedded::MACHINES;
-use powergs_base::config::inert::inert;
+use powergs_base::config::key_docs;
+use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
 
 use crate::workload::support::{dense_frame, small_frame};
@@ -9,9 +10,9 @@ use crate::workload::support::{dense_frame, small_frame};
 #[test]
 fn tile_wise_machines_keep_the_laws() {
     let gscore = MACHINES.iter().find(|file| file.name == "gscore").expect("a machine").complete();
-    // Keys with a condition, and those of foveated frames.
-    let inert = inert().get("machine").into_iter().flatten().map(|(key, _)| key.as_str());
-    let idle: Vec<&str> = inert.chain(["fovea.record", "fovea.feature"]).collect();
+    // `knobs::machine` turns every key of every machine, each under its condition.
+    let turned = key_docs::<Machine>();
+    let turned: Vec<&str> = turned.iter().map(|doc| doc.path.as_str()).collect();
     let frames = [small_frame(0), small_frame(1), dense_frame(1)];
     let trial = Trial {
         machine: &gscore,
@@ -32,7 +33,7 @@ fn tile_wise_machines_keep_the_laws() {
         frames: &frames,
         settled: &["vru.speculation=0"],
         slack: 0.05,
-        idle_keys: &idle,
+        idle_keys: &turned,
     };
     assert_eq!(broken(&trial), Vec::<String>::new());
 }

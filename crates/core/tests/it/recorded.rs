@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use powergs_base::config::embedded::{ENERGY, find};
-use powergs_core::flow::recorded::{RecordedRun, RecordedSpec, STREAMS};
+use powergs_core::flow::recorded::{self, RecordedRun, RecordedSpec, STREAMS};
 use powergs_core::flow::{FlowOutcome, FrameTask};
 use powergs_core::kernel::dram::Dram;
 use powergs_core::kernel::memory::Ranges;
 use powergs_core::kernel::{Calibration, Memo};
-use powergs_core::machine::{DramModel, Machine};
+use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
 use powergs_core::sim::{self, cost};
 use powergs_core::stage::{EnergyTable, Stall, hardware};
@@ -162,18 +162,12 @@ fn runs_equal_the_cycle_by_cycle_oracle() {
         let machine = machine(&sets, &text).expect("a machine");
         let memo = Memo::default();
         let outcome = timed(&machine, &frame, &memo);
-        let calibration = (machine.dram.model == DramModel::Calibrated).then(|| {
-            powergs_core::flow::recorded::calibration(
-                &machine,
-                &machine.of_type::<RecordedSpec>().run.get().expect("read").frames[&frame.id()],
-                &memo,
-            )
-        });
+        let run = machine.of_type::<RecordedSpec>().run.get().expect("read");
+        let calibration = recorded::calibration(&machine, &run.frames[&frame.id()], &memo);
         let [end, still] = stepped(&machine, &frame, calibration.as_deref());
         assert_eq!(outcome.timing.frame, end, "seed {seed}: {sets:?}\n{text}");
         let unit = &outcome.timing.units[0];
         assert_eq!(unit.stalls.iter().sum::<u64>(), 2 * still, "seed {seed}");
-        let run = machine.of_type::<RecordedSpec>().run.get().expect("read");
         let busy = run.frames[&frame.id()].busy.values().sum::<u64>();
         assert_eq!(unit.busy, busy, "seed {seed}");
         let features = unit.stalls[Stall::of("features").index()];
@@ -193,7 +187,11 @@ fn they_keep_the_laws() {
     let trial = Trial {
         machine: MACHINE,
         files: &[("run.csv", both.as_bytes())],
-        variants: &[&[], &["recorded.outstanding=1"], &["dram.model=banked", "clock=2 GHz"]],
+        variants: &[
+            &[],
+            &["recorded.outstanding=1", "dram.model=calibrated"],
+            &["dram.model=banked", "clock=2 GHz"],
+        ],
         frames: &frames,
         settled: &[],
         slack: 0.0,

@@ -10,13 +10,12 @@ use std::sync::Arc;
 
 use super::{RecordedFrame, RecordedSpec, STREAMS};
 use crate::flow::FlowOutcome;
-use crate::kernel::calibration::{CalibrationRecorder, Recording};
-use crate::kernel::dram::Dram;
+use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::{Account, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::timeline::{Observer, State};
-use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, MemoKey, UnitCycles, drive};
-use crate::machine::{DramModel, Machine};
+use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, UnitCycles, drive};
+use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, Stall, hardware, stage};
 use powergs_energy::action::{ActionCounts, StageId};
 
@@ -121,30 +120,16 @@ impl<O: Observer> kernel::Agents for RunReplay<'_, O> {
     }
 }
 
-/// The machine whose run on the device calibrates another one: itself.
-#[derive(Debug, PartialEq)]
-struct DeviceRun(Machine);
-
-impl MemoKey for DeviceRun {
-    type Value = Calibration;
-    const MOST: usize = 64;
-}
-
-impl DeviceRun {
-    fn measure(&self, frame: &RecordedFrame) -> Calibration {
-        let DeviceRun(machine) = self;
-        let (_, recording) = through(machine, frame, None, &mut CalibrationRecorder);
-        let recording = recording.expect("a run with a device has a recording");
-        let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
-        Calibration::of(&recording, &STREAMS, device, true)
-    }
-}
-
-/// What a run on its device says of a machine's memory.
-pub fn calibration(machine: &Machine, frame: &RecordedFrame, memo: &Memo) -> Arc<Calibration> {
-    let mut reference = machine.clone();
-    reference.dram.model = DramModel::Banked;
-    memo.get(DeviceRun(reference), |key| key.measure(frame))
+/// What a run on its device says of a machine's memory, where that is `calibrated`.
+pub fn calibration(
+    machine: &Machine,
+    frame: &RecordedFrame,
+    memo: &Memo,
+) -> Option<Arc<Calibration>> {
+    let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
+        through(reference, frame, None, recorder).1
+    };
+    Reference::calibration(machine, memo, |_| {}, run, (&STREAMS, true))
 }
 
 /// Takes a frame through a machine.
@@ -154,8 +139,7 @@ pub(super) fn run<O: Observer>(
     memo: &Memo,
     observer: &mut O,
 ) -> FlowOutcome {
-    let is_calibrated = machine.dram.model == DramModel::Calibrated;
-    let calibration = is_calibrated.then(|| calibration(machine, frame, memo));
+    let calibration = calibration(machine, frame, memo);
     through(machine, frame, calibration.as_deref(), observer).0
 }
 
@@ -171,10 +155,6 @@ fn through<O: Observer>(
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let spec: &RecordedSpec = machine.of_type();
-    let dram = match calibration {
-        Some(calibration) => calibration.dram(),
-        None => Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
-    };
     let requests = &frame.requests;
     let end = requests.iter().map(|r| r.address + u64::from(r.bytes)).max().unwrap_or(0);
     let numbered = || requests.iter().zip(0..);
@@ -192,7 +172,7 @@ fn through<O: Observer>(
         .collect();
     let mut replay = RunReplay {
         frame,
-        memory: Memory::new(Ranges { end }, &STREAMS, machine, dram, calibration),
+        memory: Memory::new(Ranges { end }, &STREAMS, machine, calibration),
         events,
         arrivals: vec![Arrival::NOW; requests.len()],
         window: VecDeque::new(),

@@ -224,7 +224,7 @@ pub(crate) fn run<O: Observer>(
 ) -> Outcome {
     let overlap = machine.tiles().schedule.overlap;
     let layout = Layout::new(workload, units, plan, &context);
-    let memory = TileMemory::new(layout, &STREAMS, machine, units.dram, context.calibration);
+    let memory = TileMemory::new(layout, &STREAMS, machine, context.calibration);
     let mut shared = Shared {
         units,
         workload,

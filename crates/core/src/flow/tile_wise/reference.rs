@@ -2,48 +2,31 @@
 //! decides which requests there are (records, fetch, batches, geometry, cache, schedule, clock,
 //! device, second master), with units and buffers that keep the memory busy, always the same ones.
 
-use super::STREAMS;
+use super::Assignment;
 use super::schedule::Plan;
 use super::subtiles::{self, Discipline};
-use super::{Assignment, Overlap};
 use super::{FrameContext, ResolvedUnits, UnitRules, VruImpl, pipeline};
-use crate::kernel::calibration::CalibrationRecorder;
-use crate::kernel::{Calibration, Memo, MemoKey};
-use crate::machine::{BufferSpec, DramModel, GatingSpec, Machine};
+use crate::kernel::Memo;
+use crate::kernel::calibration::{CalibrationRecorder, Recording};
+use crate::machine::{BufferSpec, Machine};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
 
-/// The reference machine, as what a calibration depends on.
-#[derive(Debug, PartialEq)]
-pub(super) struct Reference(pub Machine);
-
-impl MemoKey for Reference {
-    type Value = Calibration;
-    const MOST: usize = 1024;
-}
-
-/// Measures a frame on a [`reference`](machine).
-///
-/// # Panics
-/// When the machine names a device and [`Machine::link`] was never called.
+/// Takes a frame through a [reference](refer).
 pub(super) fn measure(
     workload: &FrameWorkload,
     reference: &Machine,
     context: &FrameContext,
     memo: &Memo,
-) -> Calibration {
+    recorder: &mut CalibrationRecorder,
+) -> Option<Recording> {
     let units = ResolvedUnits::for_frame(reference, workload);
     let make = |discipline: &Discipline| subtiles::runs(workload, discipline);
     let runs = units.vru.discipline.map(|discipline| memo.get(discipline, make));
     let runs = runs.as_ref().map(|runs| runs.as_slice());
     let context = FrameContext { runs, calibration: None, ..*context };
     let plan = Plan::new(workload, reference, &units, &context);
-    let recorder = &mut CalibrationRecorder;
-    let run = pipeline::run(workload, reference, &units, &plan, context, memo, recorder);
-    let recording = run.recording.expect("a run with a device has a recording");
-    let device = reference.device.as_deref().expect("a machine is linked to its DRAM device");
-    let is_apart = reference.tiles().schedule.overlap == Overlap::None;
-    Calibration::of(&recording, &STREAMS, device, is_apart)
+    pipeline::run(workload, reference, &units, &plan, context, memo, recorder).recording
 }
 
 /// Units of the reference machine: enough to keep the memory busy.
@@ -67,14 +50,9 @@ const CHUNKS: u64 = 7;
 /// Tiles whose pixels the pixel buffer of one of its cores holds.
 const TILES: u64 = 5;
 
-/// The machine whose run on the device calibrates `machine`: the same requests, of other units.
-pub(super) fn machine(machine: &Machine) -> Machine {
-    let mut reference = machine.clone();
-    reference.dram.model = DramModel::Banked;
-    reference.name = String::new();
-    reference.description = String::new();
-    reference.energy = String::new();
-    reference.gating = GatingSpec { units: false, residual: 1.0 };
+/// Makes a machine the one whose run on the device calibrates others: the same requests, of other
+/// units.
+pub(super) fn refer(reference: &mut Machine) {
     let m = reference.tiles_mut();
     m.rules = UnitRules::default();
     m.schedule.assignment = Assignment::Greedy;
@@ -110,5 +88,4 @@ pub(super) fn machine(machine: &Machine) -> Machine {
     [&mut b.gaussian_in, &mut b.tile_list, &mut b.sorting, &mut b.feature, &mut b.pixel_out]
         .into_iter()
         .for_each(free);
-    reference
 }
