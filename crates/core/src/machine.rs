@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize, Serializer};
@@ -171,9 +171,12 @@ impl JsonSchema for Machine {
 }
 
 impl Document for Machine {
-    fn schema(table: &DeTable<'_>) -> Result<Value, (&'static str, String)> {
+    /// Made once for each dataflow.
+    fn schema(table: &DeTable<'_>) -> Result<Arc<Value>, (&'static str, String)> {
+        static KNOWN: Mutex<BTreeMap<&str, Arc<Value>>> = Mutex::new(BTreeMap::new());
         let flow = flow_of(table).map_err(|message| ("dataflow", message))?;
-        Ok(schema(&[flow]))
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        Ok(known.entry(flow.key()).or_insert_with(|| Arc::new(schema(&[flow]))).clone())
     }
 
     fn read(table: Spanned<DeTable<'_>>) -> Result<Machine, toml::de::Error> {

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -14,7 +15,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{ConfigError, PROBLEMS_MAX, Place, Problem};
-use super::schema::schema_of;
+use super::schema::schema_once;
 pub use walk::ELSEWHERE;
 use walk::Walk;
 
@@ -64,7 +65,7 @@ pub trait Document: Sized {
     ///
     /// # Errors
     /// The key of the table by which it cannot be told, and why.
-    fn schema(table: &DeTable<'_>) -> Result<Value, (&'static str, String)>;
+    fn schema(table: &DeTable<'_>) -> Result<Arc<Value>, (&'static str, String)>;
 
     /// The value of a table that has been held against the schema.
     ///
@@ -73,9 +74,9 @@ pub trait Document: Sized {
     fn read(table: Spanned<DeTable<'_>>) -> Result<Self, toml::de::Error>;
 }
 
-impl<T: DeserializeOwned + JsonSchema> Document for T {
-    fn schema(_: &DeTable<'_>) -> Result<Value, (&'static str, String)> {
-        Ok(schema_of::<T>())
+impl<T: DeserializeOwned + JsonSchema + 'static> Document for T {
+    fn schema(_: &DeTable<'_>) -> Result<Arc<Value>, (&'static str, String)> {
+        Ok(schema_once::<T>())
     }
 
     fn read(table: Spanned<DeTable<'_>>) -> Result<T, toml::de::Error> {

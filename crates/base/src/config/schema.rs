@@ -1,5 +1,9 @@
 //! The JSON schema of a configuration type, and what it says about each key.
 
+use std::any::TypeId;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
@@ -25,6 +29,18 @@ pub struct KeyDoc {
 pub fn schema_of<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
     settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// The same, made once: what is registered later is not in it.
+pub(super) fn schema_once<T: JsonSchema + 'static>() -> Arc<Value> {
+    static ALL: Mutex<BTreeMap<TypeId, Arc<Value>>> = Mutex::new(BTreeMap::new());
+    let lock = || ALL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = lock().get(&TypeId::of::<T>()) {
+        return known.clone();
+    }
+    // Without the lock: a schema may ask for others.
+    let made = Arc::new(schema_of::<T>());
+    lock().entry(TypeId::of::<T>()).or_insert(made).clone()
 }
 
 /// The JSON schema of `T` for editors, where `T` may have a base: `base` is a key, and no key has
