@@ -39,6 +39,27 @@ values = [4, 8]
 \"buffers.sorting.capacity\" = \"16 KiB * vru.cores\"
 ";
 
+/// A space of machines of another dataflow.
+const RESIDENT: &str = "\
+[model]
+rho = [0.4]
+
+[[model.formats]]
+name = \"short\"
+scale = \"e5m8\"
+colour-rest = \"e4m5\"
+
+[machine]
+base = \"vorion\"
+
+[machine.set]
+\"display:scale\" = 0.3
+
+[[machine.axes]]
+key = \"order.units\"
+values = [4, 8]
+";
+
 /// Writes a scene, its views and a space.
 pub fn stage(folder: &Path, space: &str, views: usize) {
     let preset = Preset::named("demo").unwrap();
@@ -238,9 +259,8 @@ fn bad_input_is_refused_with_what_to_do() {
         12,
     );
     fails(at, &[], Exit::Usage, "change the picture");
-    let resident = "[machine]\nbase = \"vorion\"\n\n[machine.set]";
-    stage(at, &SPACE.replace("[machine.set]", resident), 12);
-    fails(at, &[], Exit::Usage, "dataflow = \"resident\"");
+    stage(at, &RESIDENT.replace("rho = [", "codebook = [0, 64]\nrho = ["), 12);
+    fails(at, &[], Exit::Usage, "records name no colours by a number");
     assert!(!at.join("run").exists(), "nothing was written");
     stage(at, SPACE, 12);
     fails(at, &["--quality-db", "90"], Exit::GoalMissed, "reaches the quality");
@@ -253,6 +273,15 @@ fn bad_input_is_refused_with_what_to_do() {
     assert_eq!(run(at, &["--resume"]).unwrap(), Exit::Done);
     fs::remove_file(at.join("space.toml")).unwrap();
     fails(at, &["--resume"], Exit::Usage, "space.toml");
+}
+
+#[test]
+fn machines_of_other_dataflows_are_designed_too() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), RESIDENT, 12);
+    assert_eq!(run(folder.path(), &[]).unwrap(), Exit::Done);
+    let machine = fs::read_to_string(folder.path().join("run/joint.toml")).unwrap();
+    assert!(machine.contains("dataflow = \"resident\""), "{machine}");
 }
 
 #[test]

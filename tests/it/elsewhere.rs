@@ -85,6 +85,14 @@ values = [2, 4, 8]
     let missing = String::from_utf8_lossy(&missing.failure().get_output().stderr).into_owned();
     assert!(missing.contains("`demo.csv` has no frame") && missing.contains("--what facts"));
     powergs(&["arch", "check", &machine]).assert().success();
+    // And none of them is of a model that is made here.
+    let (scene, cameras) = (at("scene.ply"), at("cameras.json"));
+    let synth = ["synth", "demo", "--points", "300", "-o", &scene, "--cameras", &cameras];
+    powergs(&synth).assert().success();
+    let mut optimize = powergs(&["optimize", &scene, "--cameras", &cameras, "--arch", &machine]);
+    let refused = optimize.args(["--out", &at("optimised")]).assert().code(2);
+    let refused = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(refused.contains("frames that were run elsewhere"), "{refused}");
     fs::write(home.path().join("demo.csv"), "frame,what,count\n").expect("a file");
     let empty = powergs(&["arch", "check", &machine]).assert().failure();
     let empty = String::from_utf8_lossy(&empty.get_output().stderr).into_owned();

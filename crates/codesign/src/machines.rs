@@ -4,8 +4,8 @@ use toml::{Table, Value};
 use xxhash_rust::xxh3::xxh3_128;
 
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_core::flow;
-use powergs_core::flow::tile_wise::RecordSpec;
+use powergs_core::flow::RecordKeys;
+use powergs_core::flow::tile_wise::CodebookSpec;
 use powergs_core::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
@@ -53,6 +53,8 @@ pub struct Machines {
     pub left_out: Vec<(String, String)>,
     /// Whether the energy tables are those by default.
     is_usual: bool,
+    /// Where its files have what is stored of a Gaussian.
+    record: RecordKeys,
     /// The sweep of the machine's own record.
     file: SweepFile,
 }
@@ -70,17 +72,17 @@ impl Machines {
         };
         let system = System::load(&system, &DiskFiles)?;
         let base = system.with(&changes(&spec.set, origin)?)?;
-        // Models decide the record, and only this dataflow reads records of every kind.
-        let flow = base.machine().flow().key();
-        if base.machine().tables.get::<RecordSpec>().is_none() {
-            let known = flow::DEFAULT;
+        // Models decide the record.
+        let flow = base.machine().flow();
+        let Some(record) = flow.record() else {
             let what = format!(
-                "base machine `{}` has `dataflow = \"{flow}\"`; co-design makes records for \
-                 \"{known}\": take such a machine (`gscore`)",
-                base.machine().name
+                "base machine `{}` has `dataflow = \"{}\"`, whose files do not say what is stored \
+                 of a Gaussian: take another one (`gscore`)",
+                base.machine().name,
+                flow.key()
             );
             return Err(RunError::config(origin, what));
-        }
+        };
         let mut file = sweep_file(spec, text).map_err(|e| RunError::config(origin, e))?;
         let is_usual = file.energy.is_empty() && find(MACHINES, &spec.base).is_some();
         if is_usual {
@@ -91,7 +93,7 @@ impl Machines {
         if file.sampling.method == Method::Nsga2 {
             file.objectives.minimize = OBJECTIVES.map(str::to_owned).into();
         }
-        Ok(Machines { base, has_codebooks: false, left_out: Vec::new(), is_usual, file })
+        Ok(Machines { base, record, has_codebooks: false, left_out: Vec::new(), is_usual, file })
     }
 
     /// Frames that the display shows in a second.
@@ -107,18 +109,19 @@ impl Machines {
             file.set.0.push((key.to_owned(), value));
         };
         let machine = self.base.machine();
-        let record = RecordBytes::of(model, &machine.tiles().record);
+        let record = RecordBytes::of(model, machine, self.record);
         for (key, value) in record.settings() {
             set(&key, value);
         }
         // A base machine may have one, which is not of this model.
-        if record.codebook.is_none() && machine.tiles().codebook.entries > 0 {
+        let own = machine.tables.get::<CodebookSpec>();
+        if record.codebook.is_none() && own.is_some_and(|own| own.entries > 0) {
             set(ENTRIES, 0.into());
         }
         if let Some((entries, entry)) = record.codebook
             && !self.gives(BANKS)
         {
-            let word = machine.tiles().codebook.word.0.max(1);
+            let word = own.map_or(1, |own| own.word.0.max(1));
             let copy = u64::from(entries) * entry.0.next_multiple_of(word);
             let banks = copy.div_ceil(BANK_MOST).next_power_of_two();
             set(BANKS, i64::try_from(banks).unwrap_or(i64::MAX).into());
@@ -172,7 +175,20 @@ impl Machines {
     /// # Errors
     /// [`CodesignError::Space`].
     pub fn check(&self, models: &[ModelPoint], origin: &str) -> Result<(), CodesignError> {
-        let numbers = self.base.machine().tiles().record.numbers;
+        let machine = self.base.machine();
+        let numbers = machine.flow().numbers(machine);
+        let book = models.iter().find(|model| model.formats.codebook.is_some());
+        if let (None, Some(model)) = (self.record.codebook, book) {
+            let message = format!(
+                "`model.codebook`: base machine `{}` has `dataflow = \"{}\"`, whose records name \
+                 no colours by a number, as `{}` does: leave it out, or take another machine \
+                 (`gscore`)",
+                machine.name,
+                machine.flow().key(),
+                model.name()
+            );
+            return Err(CodesignError::Space { place: origin.to_owned(), message });
+        }
         match models.iter().find_map(|model| unreadable(model, numbers)) {
             Some(message) => Err(CodesignError::Space { place: origin.to_owned(), message }),
             None => Ok(()),

@@ -3,11 +3,13 @@
 use std::num::NonZeroU32;
 
 use serde::Serialize;
-use toml::Value;
+use toml::{Table, Value};
 
+use powergs_base::config::knob;
 use powergs_base::number::NumberFormat;
 use powergs_base::quantity::Bytes;
-use powergs_core::flow::tile_wise::RecordSpec;
+use powergs_core::flow::RecordKeys;
+use powergs_core::machine::Machine;
 use powergs_optimize::record::RecordFormats;
 use powergs_scene::Gaussians;
 
@@ -19,7 +21,7 @@ pub const DENSE: &str = "dense";
 pub(crate) const ENTRIES: &str = "codebook.entries";
 /// Coefficients of a channel at degree 3.
 const COEFFICIENTS: u64 = 16;
-/// Colour records are aligned to at most this, bytes, as in [`RecordSpec`].
+/// Colour records are aligned to at most this, bytes, as machines have them.
 const ALIGNMENT_MAX: u64 = 32;
 
 /// A choice on every axis of the model.
@@ -101,20 +103,32 @@ pub fn models(spec: &ModelSpec, dense: &Gaussians) -> Vec<ModelPoint> {
 /// Bytes of a record that are not those of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordBytes {
-    /// `record.position`, where its format is given.
+    /// Of the position, where its format is given.
     pub position: Option<Bytes>,
-    /// `record.geometry`, where one of its formats is given.
+    /// Of scale, rotation and opacity, where one of their formats is given.
     pub geometry: Option<Bytes>,
-    /// `record.colour` of the degree of the model with `record.colour-pitch`, where one of its
+    /// Of a colour of the degree of the model, with the distance of two of them, where one of its
     /// formats is given.
     pub colour: Option<(Bytes, Bytes)>,
-    /// `codebook.entries` and `codebook.entry`, where the model has one; then `colour` is given.
+    /// Entries of the codebook and bytes of one, where the model has one; then `colour` is given.
     pub codebook: Option<(u32, Bytes)>,
+    keys: RecordKeys,
+}
+
+/// Bytes that a key of a machine has; none where it has no such key.
+fn bytes_of(machine: &Table, key: &str) -> Bytes {
+    let value = knob::values(machine, key).pop();
+    let bytes = value.as_ref().and_then(Value::as_str).and_then(|text| text.parse().ok());
+    bytes.unwrap_or(Bytes(0))
 }
 
 impl RecordBytes {
-    /// The record of a model on a machine with this one.
-    pub fn of(model: &ModelPoint, machine: &RecordSpec) -> RecordBytes {
+    /// The record of a model on a machine whose own record has these keys.
+    pub fn of(model: &ModelPoint, machine: &Machine, keys: RecordKeys) -> RecordBytes {
+        let table = machine.table();
+        let [position_bytes, shape_bytes, colour_bytes, pitch] =
+            [keys.position, keys.shape, keys.colour, keys.pitch].map(|key| bytes_of(&table, key));
+        let extra = keys.extra.map_or(Bytes(0), |key| bytes_of(&table, key));
         let RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest, codebook } =
             model.formats;
         // A field without a format is as wide as the machine has it.
@@ -126,7 +140,7 @@ impl RecordBytes {
         };
         let own = |bytes: u64, numbers: u64| 8.0 * bytes as f64 / numbers as f64;
         let rest = (u64::from(model.sh_degree) + 1).pow(2) - 1;
-        let coefficients = machine.colour.0.saturating_sub(machine.colour_extra.0);
+        let coefficients = colour_bytes.0.saturating_sub(extra.0);
         let own_colour = own(coefficients, 3 * COEFFICIENTS);
         let width = |format: Option<NumberFormat>| {
             format.map_or(own_colour, |format| f64::from(format.bits()))
@@ -143,18 +157,19 @@ impl RecordBytes {
         RecordBytes {
             codebook: codebook
                 .map(|entries| (entries.get(), whole(3.0 * rest as f64 * width(colour_rest)))),
-            position: total(&[(3, position)], own(machine.position.0, 3)),
-            geometry: total(&[(3, scale), (4, rotation), (1, opacity)], own(machine.geometry.0, 8)),
+            position: total(&[(3, position)], own(position_bytes.0, 3)),
+            geometry: total(&[(3, scale), (4, rotation), (1, opacity)], own(shape_bytes.0, 8)),
             colour: colour.map(|bytes| {
-                let alignment = (1 << machine.colour_pitch.0.trailing_zeros()).min(ALIGNMENT_MAX);
-                let bytes = Bytes(bytes.0 + machine.colour_extra.0);
-                // As `RecordSpec::colour_pitch` has it.
+                let alignment = (1 << pitch.0.trailing_zeros()).min(ALIGNMENT_MAX);
+                let bytes = Bytes(bytes.0 + extra.0);
+                // As a machine has it.
                 let alignment = match codebook {
                     None => alignment,
                     Some(_) => bytes.0.next_power_of_two().min(alignment),
                 };
                 (bytes, Bytes(bytes.0.next_multiple_of(alignment)))
             }),
+            keys,
         }
     }
 
@@ -164,16 +179,16 @@ impl RecordBytes {
         let mut set =
             |key: &str, bytes: Bytes| keys.push((key.to_owned(), bytes.to_string().into()));
         if let Some(bytes) = self.position {
-            set("record.position", bytes);
+            set(self.keys.position, bytes);
         }
         if let Some(bytes) = self.geometry {
-            set("record.geometry", bytes);
+            set(self.keys.shape, bytes);
         }
         if let Some((bytes, pitch)) = self.colour {
             // These bytes are of one degree: none of them go with another.
-            set("record.colour", bytes);
-            set("record.colour-extra", bytes);
-            set("record.colour-pitch", pitch);
+            set(self.keys.colour, bytes);
+            self.keys.extra.into_iter().for_each(|key| set(key, bytes));
+            set(self.keys.pitch, pitch);
         }
         if let Some((entries, entry)) = self.codebook {
             set("codebook.entry", entry);

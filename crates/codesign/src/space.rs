@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use powergs_base::config::{self, Config, ConfigError, Problem};
 use powergs_base::number::NumberFormat;
 use powergs_base::quantity::{Nanoseconds, SquareMillimetres};
+use powergs_core::flow;
 use powergs_optimize::record::RecordFormats;
 use powergs_study::sweep::file::{AxisSpec, EnergySpec, Sampling, Settings};
 
@@ -251,7 +252,9 @@ fn keys(machine: &MachineSpec) -> Vec<String> {
 /// Why a machine space must not change a key: records are the model's, and what a picture looks
 /// like is not measured for every machine.
 fn contradiction(key: &str) -> Option<String> {
-    let is_record = key == "record" || key.starts_with("record.");
+    let table = |key: &str| key.split('.').next().unwrap_or_default().to_owned();
+    let mut records = flow::all().filter_map(|flow| Some(table(flow.record()?.position)));
+    let is_record = records.any(|record| record == table(key));
     let what = match key {
         "machine" => "one base machine has all models: give it as `base`",
         "codebook" | "codebook.entries" | "codebook.entry" => {

@@ -99,6 +99,16 @@ pub trait Dataflow: Sync {
         None
     }
 
+    /// Whether its machines run any frame; the others have those that were run elsewhere.
+    fn runs_any_frame(&self) -> bool {
+        true
+    }
+
+    /// Where its machine files have what is stored of a Gaussian; `None` where they do not.
+    fn record(&self) -> Option<RecordKeys> {
+        None
+    }
+
     /// Everything in its tables that decides timing, as bytes.
     fn timing(&self, machine: &Machine) -> Vec<u8> {
         let all = (machine.clock, machine.tables.to_toml());
@@ -185,6 +195,23 @@ pub trait Dataflow: Sync {
         task: &FrameTask<'_>,
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError>;
+}
+
+/// The keys of what is stored of a Gaussian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordKeys {
+    /// Bytes of the position.
+    pub position: &'static str,
+    /// Bytes of scale, rotation and opacity.
+    pub shape: &'static str,
+    /// Bytes of a colour.
+    pub colour: &'static str,
+    /// Distance of two colours in memory, bytes.
+    pub pitch: &'static str,
+    /// Bytes of a colour that do not get fewer with the degree of the scene, where the others do.
+    pub extra: Option<&'static str>,
+    /// The table of colours that records name by a number, where machines may have one.
+    pub codebook: Option<&'static str>,
 }
 
 /// Finds and opens a file that a machine file names.

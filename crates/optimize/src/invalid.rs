@@ -69,6 +69,17 @@ pub enum Invalid {
          fovea.accumulators to 1 or 2, or take another machine"
     )]
     NoFovea(String),
+    /// A machine that has no frames of models that are made here.
+    #[error(
+        "the machine {machine} has `dataflow = \"{flow}\"`: it has the frames that were run \
+         elsewhere, and none of the models that are made here; take another one (gscore)"
+    )]
+    OnlyRecorded {
+        /// Its name.
+        machine: String,
+        /// Its dataflow.
+        flow: &'static str,
+    },
     /// A machine whose dataflow shows no levels.
     #[error(
         "foveation: the machine {machine} cannot show foveated frames: no machine with \

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::invalid::Invalid;
 use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
 use powergs_core::run::frames::eyes;
@@ -111,6 +112,14 @@ pub trait PowerOracle: Send + Sync {
 
     /// Frames shown per second.
     fn fps(&self) -> f64;
+
+    /// Whether it can answer for models that are made here.
+    ///
+    /// # Errors
+    /// [`Invalid`]: why not.
+    fn check(&self) -> Result<(), Invalid> {
+        Ok(())
+    }
 
     /// Watts of showing this frame again and again at the display rate.
     ///
@@ -247,6 +256,15 @@ pub struct CycleOracle {
 impl PowerOracle for CycleOracle {
     fn name(&self) -> String {
         self.system.machine().name.clone()
+    }
+
+    fn check(&self) -> Result<(), Invalid> {
+        let machine = self.system.machine();
+        if machine.flow().runs_any_frame() {
+            return Ok(());
+        }
+        let (machine, flow) = (machine.name.clone(), machine.flow().key());
+        Err(Invalid::OnlyRecorded { machine, flow })
     }
 
     fn id(&self) -> u128 {

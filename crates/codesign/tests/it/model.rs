@@ -18,6 +18,12 @@ fn point(sh_degree: u8, spec: FormatSpec) -> ModelPoint {
     ModelPoint { rho: 0.0, sh_degree, format, formats, is_dense: false }
 }
 
+/// The record of a model on a machine.
+fn of(model: &ModelPoint, system: &System) -> RecordBytes {
+    let machine = system.machine();
+    RecordBytes::of(model, machine, machine.flow().record().expect("its files have it"))
+}
+
 fn fp16() -> FormatSpec {
     let e5m10 = format("e5m10");
     FormatSpec {
@@ -36,14 +42,27 @@ fn records_in_fp16_are_those_of_the_machine_at_every_degree() {
     let machine = System::named("gscore").unwrap();
     let record = &machine.machine().tiles().record;
     for (degree, coefficients) in [(0, 1), (1, 4), (2, 9), (3, 16)] {
-        let bytes = RecordBytes::of(&point(degree, fp16()), record);
+        let bytes = of(&point(degree, fp16()), &machine);
         assert_eq!(bytes.position, Some(record.position));
         assert_eq!(bytes.geometry, Some(record.geometry));
         let colour = 6 * coefficients;
         let pitch = u64::next_multiple_of(colour, 32);
         assert_eq!(bytes.colour, Some((Bytes(colour), Bytes(pitch))), "degree {degree}");
     }
-    assert!(RecordBytes::of(&point(3, FormatSpec::exact()), record).settings().is_empty());
+    assert!(of(&point(3, FormatSpec::exact()), &machine).settings().is_empty());
+}
+
+#[test]
+fn other_dataflows_have_other_keys() {
+    let machine = System::named("vorion").unwrap();
+    let bytes = of(&point(1, fp16()), &machine);
+    let keys: Vec<String> = bytes.settings().into_iter().map(|(k, v)| format!("{k}={v}")).collect();
+    let changes: Vec<_> = keys.iter().map(|k| k.replace('"', "").parse().unwrap()).collect();
+    let changed = machine.with(&changes).expect("a machine that fits together");
+    let gaussian = &changed.machine().resident().gaussian;
+    assert_eq!((gaussian.position, gaussian.shape), (Bytes(6), Bytes(16)));
+    // 3 x 4 coefficients.
+    assert_eq!((gaussian.colour, gaussian.colour_pitch), (Bytes(24), Bytes(32)));
 }
 
 #[test]
@@ -56,7 +75,7 @@ fn bits_become_whole_bytes_and_fields_without_a_format_stay_as_wide_as_the_machi
         colour_rest: format("e4m3"),
         ..FormatSpec::exact()
     };
-    let bytes = RecordBytes::of(&point(2, spec), &machine.machine().tiles().record);
+    let bytes = of(&point(2, spec), &machine);
     assert_eq!(bytes.position, None);
     // 3 x 12 + 4 x 10 + 16 bits; 3 x 10 + 24 x 8 bits.
     assert_eq!(bytes.geometry, Some(Bytes(12)));
@@ -122,19 +141,19 @@ fn every_combination_is_a_model_behind_the_dense_one() {
 #[test]
 fn a_codebook_is_a_number_in_the_record_and_entries_on_the_chip() {
     let machine = System::named("gscore").unwrap();
-    let of = |entries: u32, spec: FormatSpec, degree: u8| {
+    let with_book = |entries: u32, spec: FormatSpec, degree: u8| {
         let mut point = point(degree, spec);
         point.formats.codebook = NonZeroU32::new(entries);
-        RecordBytes::of(&point, &machine.machine().tiles().record)
+        of(&point, &machine)
     };
     // 3 x 16 bits and 12; 45 x 16 bits.
-    let whole = of(4096, FormatSpec::exact(), 3);
+    let whole = with_book(4096, FormatSpec::exact(), 3);
     assert_eq!(whole.colour, Some((Bytes(8), Bytes(8))));
     assert_eq!(whole.codebook, Some((4096, Bytes(90))));
     // 3 x 10 bits and 9 for 257 entries; 24 x 8 bits.
     let (dc, rest) = (format("e4m5"), format("e4m3"));
     let spec = FormatSpec { colour_dc: dc, colour_rest: rest, ..FormatSpec::exact() };
-    let short = of(257, spec, 2);
+    let short = with_book(257, spec, 2);
     assert_eq!(short.colour, Some((Bytes(5), Bytes(8))));
     assert_eq!(short.codebook, Some((257, Bytes(24))));
     let keys: Vec<String> = short.settings().iter().map(|(k, v)| format!("{k}={v}")).collect();

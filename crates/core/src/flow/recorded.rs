@@ -211,6 +211,10 @@ impl Dataflow for RecordedFlow {
             .expect("numbers and strings")
     }
 
+    fn runs_any_frame(&self) -> bool {
+        false
+    }
+
     fn tile(&self, _: &Machine, [width, height]: [u32; 2]) -> [u32; 2] {
         [width.max(1), height.max(1)]
     }

@@ -30,7 +30,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, Work, WorkKey,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, TablesDecl,
+    Work, WorkKey,
 };
 use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::cycles;
@@ -132,6 +133,17 @@ impl Dataflow for ResidentFlow {
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
         check::problems(machine.resident())
+    }
+
+    fn record(&self) -> Option<RecordKeys> {
+        Some(RecordKeys {
+            position: "gaussian.position",
+            shape: "gaussian.shape",
+            colour: "gaussian.colour",
+            pitch: "gaussian.colour-pitch",
+            extra: None,
+            codebook: None,
+        })
     }
 
     fn tile(&self, machine: &Machine, [width, height]: [u32; 2]) -> [u32; 2] {

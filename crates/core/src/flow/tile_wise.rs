@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 use super::{
     CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
-    History, Incompatible, ListOrder, RegionWork, SimError, TablesDecl, Work, WorkKey,
+    History, Incompatible, ListOrder, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
 use crate::kernel::calibration::{CalibrationRecorder, Reference};
 use crate::kernel::stream::Streams;
@@ -121,6 +121,17 @@ impl Dataflow for TileWiseFlow {
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
         check::problems(machine.tiles())
+    }
+
+    fn record(&self) -> Option<RecordKeys> {
+        Some(RecordKeys {
+            position: "record.position",
+            shape: "record.geometry",
+            colour: "record.colour",
+            pitch: "record.colour-pitch",
+            extra: Some("record.colour-extra"),
+            codebook: Some("codebook"),
+        })
     }
 
     /// Keys that cannot move anything are left out: those of a cache that is not there

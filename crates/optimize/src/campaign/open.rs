@@ -33,6 +33,7 @@ impl Campaign {
     pub fn open(request: Request, watch: &dyn CampaignWatch) -> Result<Campaign, CampaignError> {
         let Request { goals, settings, mut cameras, mut references, background, .. } = request;
         settings.check()?;
+        request.oracle.check()?;
         let names: Vec<String> = request.externals.iter().map(|(name, _)| name.clone()).collect();
         let is_own = references.is_own();
         // What is wrong with the request is said before any work.
