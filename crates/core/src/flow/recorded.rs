@@ -25,7 +25,7 @@ use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
 use crate::machine::{BufferSpec, Machine};
-use crate::stage::{Bias, StageDecl, double, hardware, omit, work};
+use crate::stage::{Bias, StageDecl, hardware, omit, work};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
@@ -53,7 +53,6 @@ pub const ENGINE: StageDecl = StageDecl {
         write("recorded-write.rendering", Phase::Rendering),
     ],
     also_waits: &["features"],
-    doubles: &[double("recorded.outstanding", &["recorded.outstanding"], &["A125"])],
     omits: &[
         omit("what the simulator leaves out that made the run", Bias::Either, ""),
         omit("order of requests that another memory would bring about", Bias::Either, "A125"),

@@ -200,8 +200,12 @@ pub trait Files: Send + Sync {
     fn open(&self, path: &str, folder: Option<&Path>) -> Result<Box<dyn Read>, String> {
         let beside = folder.map(|folder| folder.join(path)).filter(|beside| beside.exists());
         let path = beside.unwrap_or_else(|| PathBuf::from(path));
-        let file = File::open(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        Ok(Box::new(BufReader::new(file)))
+        let wrong = |e: std::io::Error| format!("{}: {e}", path.display());
+        // What has no end, or waits for a writer, would never be read.
+        if !path.metadata().map_err(wrong)?.is_file() {
+            return Err(format!("{}: not a regular file", path.display()));
+        }
+        Ok(Box::new(BufReader::new(File::open(&path).map_err(wrong)?)))
     }
 
     /// Hears of files that results depend on besides those that are [read](Files::read).

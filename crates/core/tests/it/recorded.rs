@@ -260,6 +260,13 @@ fn what_is_wrong_with_a_file_is_said_with_its_line() {
     }
     let long = format!("{head}\n{id},cycles,4,,,,,,9\n");
     assert!(RecordedRun::read(long.as_bytes()).is_err_and(|e| e.contains("line 2: 9 cells")));
+    // Nothing of a file without lines, or with quotes around them, is kept in memory.
+    for start in ["", "\""] {
+        let begins = format!("{head}\n{start}");
+        let endless = std::io::Read::chain(begins.as_bytes(), std::io::repeat(b'7'));
+        let said = RecordedRun::read(endless).expect_err("no line ends");
+        assert!(said.contains("a line of more than 4096 bytes"), "{said}");
+    }
 }
 
 #[test]

@@ -39,6 +39,12 @@ pub const REQUEST_MAX: u64 = 1 << 24;
 /// The most requests of a file: what they take in memory is about half a gibibyte.
 pub const REQUESTS_MAX: usize = 1 << 24;
 
+/// The most frames of a file.
+pub const FRAMES_MAX: usize = 1 << 20;
+
+/// The longest line of a file, bytes.
+pub const LINE_MAX: usize = 1 << 12;
+
 /// The columns of a file: the first three are in every one.
 pub const COLUMNS: [&str; 7] = ["frame", "what", "count", "cycle", "needed", "address", "phase"];
 
@@ -127,16 +133,28 @@ fn stream(phase: Phase, is_write: bool) -> StreamId {
     STREAMS.all().find(wanted).expect("each phase of work has both")
 }
 
-/// Everything that is read, on its way through a hash.
+/// Everything that is read, on its way through a hash, line by line.
 struct HashedReader<R> {
     from: R,
     hash: Xxh3,
+    /// Bytes since the last end of a line.
+    line: usize,
 }
 
 impl<R: Read> Read for HashedReader<R> {
     fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
         let n = self.from.read(to)?;
         self.hash.update(&to[..n]);
+        for part in to[..n].split_inclusive(|byte| *byte == b'\n') {
+            self.line += part.len();
+            if self.line > LINE_MAX {
+                let what = format!("a line of more than {LINE_MAX} bytes: this is no run");
+                return Err(std::io::Error::other(what));
+            }
+            if part.ends_with(b"\n") {
+                self.line = 0;
+            }
+        }
         Ok(n)
     }
 }
@@ -181,8 +199,8 @@ impl RecordedRun {
     /// # Errors
     /// The first thing that is wrong, with its line.
     pub fn read(from: impl Read) -> Result<RecordedRun, String> {
-        let hashed = HashedReader { from, hash: Xxh3::new() };
-        let mut table = csv::ReaderBuilder::new().flexible(true).from_reader(hashed);
+        let hashed = HashedReader { from, hash: Xxh3::new(), line: 0 };
+        let mut table = csv::ReaderBuilder::new().flexible(true).quoting(false).from_reader(hashed);
         let head = table.headers().map_err(|e| e.to_string())?;
         let (width, columns) = (head.len(), columns(head)?);
         let names = all_names();
@@ -299,6 +317,9 @@ fn add(
     let id = u64::from_str_radix(id, 16).ok().filter(|_| id.len() == 16).ok_or_else(|| {
         format!("`frame` must be the `id` of a frame, 16 hexadecimal digits, not `{id}`")
     })?;
+    if frames.len() == FRAMES_MAX && !frames.contains_key(&id) {
+        return Err(format!("more than {FRAMES_MAX} frames: put fewer into a file"));
+    }
     let frame = frames.entry(id).or_default();
     let what = row.cell(1);
     let twice = || format!("`{what}` of frame {id:016x} is there twice");
