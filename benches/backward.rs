@@ -48,8 +48,8 @@ const CASES: [(&str, Make); 5] = [
     ("trained robot 250k 1920x1080", || {
         trained("playcanvas-playbot", "playbot_lod1_sh2.ply", 3, (1920, 1080))
     }),
-    ("synthetic 100k 979x546", || Some(synthetic("outdoor-bounded", 100_000, (979, 546)))),
-    ("synthetic 1M 1600x1064", || Some(synthetic("outdoor-unbounded", 1_000_000, (1600, 1064)))),
+    ("synthetic 100k 979x546", || Some(synthetic("truck", 100_000, (979, 546)))),
+    ("synthetic 1M 1600x1064", || Some(synthetic("garden", 1_000_000, (1600, 1064)))),
 ];
 
 /// Median times of the forward pass, the backward pass and both, ms.

@@ -69,9 +69,9 @@ fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
 fn cases() -> Vec<(&'static str, Case)> {
     let mut cases: Vec<_> =
         trained().map(|case| ("trained robot 250k 1920x1080", case)).into_iter().collect();
-    let small = synthetic("outdoor-bounded", 100_000, (979, 546));
+    let small = synthetic("truck", 100_000, (979, 546));
     cases.push(("synthetic 100k 979x546", small));
-    let large = synthetic("outdoor-unbounded", 1_000_000, (1600, 1064));
+    let large = synthetic("garden", 1_000_000, (1600, 1064));
     cases.push(("synthetic 1M 1600x1064", large));
     cases
 }

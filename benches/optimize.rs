@@ -230,8 +230,8 @@ fn report(name: &str, case: &Case) {
 /// A scene: its name in tables, preset, Gaussians and image size.
 const CASES: [(&str, &str, usize, (u32, u32)); 3] = [
     ("synthetic 31k 400x300", "demo", 31_000, (400, 300)),
-    ("synthetic 100k 979x546", "outdoor-bounded", 100_000, (979, 546)),
-    ("synthetic 1M 1200x667", "outdoor-unbounded", 1_000_000, (1200, 667)),
+    ("synthetic 100k 979x546", "truck", 100_000, (979, 546)),
+    ("synthetic 1M 1200x667", "garden", 1_000_000, (1200, 667)),
 ];
 
 fn main() {

@@ -40,7 +40,7 @@ fn one_machine(workload: &FrameWorkload, machine: &Machine, prices: &Prices) -> 
 }
 
 fn replay(criterion: &mut Criterion) {
-    let case = synthetic("outdoor-unbounded", POINTS, (1920, 1080));
+    let case = synthetic("garden", POINTS, (1920, 1080));
     let options = Options::reference(Detail::Counters);
     let frame = render(&case.scene, &case.camera, &options).into_frame(&case.camera, [0.0; 3]);
     drop(case.scene);

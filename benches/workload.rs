@@ -57,7 +57,7 @@ fn main() {
     if std::env::args().any(|a| a == "--test") {
         return;
     }
-    let mut cases = vec![("synthetic", synthetic("outdoor-unbounded", POINTS, (1920, 1080)))];
+    let mut cases = vec![("synthetic", synthetic("garden", POINTS, (1920, 1080)))];
     let room = trained("snowmiku-posed", "point_cloud.ply").map(|case| ("room", case));
     let object = trained("playcanvas-playbot", "playbot_lod1_sh2.ply").map(|case| ("object", case));
     cases.extend([room, object].into_iter().flatten());

@@ -26,7 +26,7 @@ use powergs_raster::{Detail, Options, render};
 use powergs_scene::export::{self, Files, Target};
 use powergs_scene::files::{open_foveated, open_model};
 use powergs_scene::synth::{Preset, cameras, generate};
-use powergs_scene::{Foveated, Gaussians, SceneStats};
+use powergs_scene::{Foveated, Gaussians, SceneStats, StorageOrder};
 use powergs_study::extract::extract;
 use powergs_views::RenderedViews;
 
@@ -245,8 +245,11 @@ impl Scene {
     ///     What a frame (in memory: all frames) may take, such as ``"2 GiB"``.
     /// progress : bool, function or bar, optional
     ///     As for ``Trace.replay``.
+    /// order : str
+    ///     How the Gaussians are sorted first: ``"storage"`` (not), ``"morton"``, ``"hilbert"`` or
+    ///     ``"opacity"``. Pictures stay, addresses follow.
     #[pyo3(signature = (cameras, *, size=None, background=None, path=None, memory=None,
-                        progress=None))]
+                        progress=None, order="storage"))]
     #[allow(clippy::too_many_arguments)] // keywords of Python
     fn extract(
         &self,
@@ -257,8 +260,16 @@ impl Scene {
         path: Option<&Bound<'_, PyAny>>,
         memory: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
+        order: &str,
     ) -> PyResult<Trace> {
-        let gaussians = self.gaussians()?;
+        let order = StorageOrder::from_name(order).ok_or_else(|| {
+            let names = StorageOrder::ALL.map(StorageOrder::name).join(", ");
+            Fault::config(format!("order {order:?}: there are {names}"))
+        })?;
+        let mut gaussians = self.gaussians()?;
+        if let Some(places) = order.of(&gaussians) {
+            gaussians = Arc::new(gaussians.permuted(&places));
+        }
         let views = resized(cameras.views().to_vec(), checked_size(size)?)?;
         let path = path.map(path_text).transpose()?;
         let points = gaussians.len() as u64;
@@ -269,6 +280,7 @@ impl Scene {
             generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: self.name.clone(),
             points,
+            order,
         };
         let file = path.clone();
         let work = move |shared: &Shared| match file {

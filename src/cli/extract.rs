@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 use super::gaze::{note_default, note_missing};
 use super::output_file::OutputArgs;
 use super::progress::{ProgressCounts, WatchedProgress};
-use super::scene_file::{Shown, ShownArgs};
+use super::scene_file::{OrderArgs, Shown, ShownArgs};
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
@@ -28,6 +28,8 @@ Examples:
   powergs-sim extract scene.spz --orbit 90 --size 800x800 -o orbit.bin
   powergs-sim extract scene.ply --cameras cameras.json --path-frames 1350 \\
       -o path.bin
+  powergs-sim extract scene.ply --cameras cameras.json --order hilbert \\
+      -o sorted.bin
   powergs-sim extract model.fov --cameras cameras.json --gaze-cycle 9 -o fr.bin
 
 Then: powergs-sim replay scene.bin";
@@ -41,12 +43,16 @@ pub struct ExtractArgs {
     /// What is shown.
     #[command(flatten)]
     pub shown: ShownArgs,
+    /// In which order Gaussians lie in memory.
+    #[command(flatten)]
+    pub order: OrderArgs,
 }
 
 /// Runs `extract`.
 pub fn run(args: &ExtractArgs, context: &Context) -> Result<Exit, Failure> {
     let output = args.to.file()?;
-    let (scene, cameras) = args.shown.open(context)?;
+    let (mut scene, cameras) = args.shown.open(context)?;
+    args.order.sort_shown(&mut scene);
     let gazes = args.shown.gaze.of_views(&cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.shown.gaze);
@@ -56,6 +62,7 @@ pub fn run(args: &ExtractArgs, context: &Context) -> Result<Exit, Failure> {
         generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
         scene: stem(&args.shown.scene),
         points: scene.base().len() as u64,
+        order: args.order.order,
     };
     let wanted = cameras.len();
     let frames = match scene {

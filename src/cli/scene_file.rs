@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, refuse_plain};
 use super::{Context, Exit, Failure, out, sight};
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::{OpenedModel, is_foveated, open_foveated, open_model};
-use powergs_scene::{Camera, Foveated, Gaussians};
+use powergs_scene::{Camera, Foveated, Gaussians, StorageOrder};
 
 /// Prints the warnings of a model on standard error, unless that is silenced.
 pub fn warn(model: &OpenedModel, context: &Context) {
@@ -28,6 +30,29 @@ pub fn name_of(path: &Path) -> String {
     let stems = path.ancestors().filter_map(|p| p.file_stem());
     let mut names = stems.map(|s| s.to_string_lossy().into_owned());
     names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
+}
+
+/// How the Gaussians of a model are sorted.
+#[derive(Debug, clap::Args)]
+pub struct OrderArgs {
+    /// Sort the Gaussians when the model is loaded: as stored, along a Morton or Hilbert curve of
+    /// their centres, or the most opaque first. Pictures stay, addresses follow
+    #[arg(long, value_name = "ORDER", default_value = "storage", value_parser = orders())]
+    pub order: StorageOrder,
+}
+
+fn orders() -> impl TypedValueParser<Value = StorageOrder> {
+    let names = PossibleValuesParser::new(StorageOrder::ALL.map(StorageOrder::name));
+    names.map(|name| StorageOrder::from_name(&name).expect("one of the names"))
+}
+
+impl OrderArgs {
+    /// Sorts a model.
+    pub fn sort(&self, scene: &mut Gaussians) {
+        if let Some(order) = self.order.of(scene) {
+            *scene = scene.permuted(&order);
+        }
+    }
 }
 
 /// The model that a command shows, its views, and where the viewer looks.
@@ -91,6 +116,16 @@ pub enum Shown {
     Plain(OpenedModel),
     /// A foveated model.
     Foveated(Box<Foveated>),
+}
+
+impl OrderArgs {
+    /// Sorts what a command shows.
+    pub fn sort_shown(&self, shown: &mut Shown) {
+        match shown {
+            Shown::Plain(scene) => self.sort(&mut scene.gaussians),
+            Shown::Foveated(model) => model.sort(self.order),
+        }
+    }
 }
 
 impl Shown {

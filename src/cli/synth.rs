@@ -25,7 +25,7 @@ Examples:
   powergs-sim synth --list
   powergs-sim synth demo -o demo.ply --cameras demo-cameras.json
   powergs-sim synth lego --points 100000 --seed 7 -o lego.ply
-  powergs-sim synth outdoor-bounded --check
+  powergs-sim synth train --check
   powergs-sim arch show lego > mine.toml
   powergs-sim synth mine.toml -o mine.ply";
 
@@ -110,7 +110,7 @@ fn check(
 ) -> Result<Exit, Failure> {
     let count = args.check_views.get().min(views.len());
     let progress = Progress::new(context, count as u64, "views");
-    let wants_pairs = preset.targets.iter().any(|t| t.statistic == Statistic::PairsAabb);
+    let wants_pairs = preset.targets.contains_key(&Statistic::PairsExact);
     let mut frames = Vec::with_capacity(count);
     for idx in 0..count {
         if context.is_cancelled() {
@@ -169,7 +169,7 @@ pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> D
         Column::text(""),
     ]);
     for (statistic, value) in measured {
-        let target = preset.targets.iter().find(|t| t.statistic == *statistic);
+        let target = preset.targets.get(statistic);
         let range = target.map(|t| format!("{} to {}", number(t.low), number(t.high)));
         let is_near = target.is_none_or(|t| (t.low..=t.high).contains(value));
         let mark = if is_near { "" } else { "OUTSIDE" };
@@ -188,7 +188,7 @@ pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> D
             "Published values are for about {published} Gaussians, not {points}."
         ));
     }
-    let source = |t: &Target| format!("{}: {}", t.statistic.name(), t.publication).into();
+    let source = |(s, t): (&Statistic, &Target)| format!("{}: {}", s.name(), t.publication).into();
     page.add(Block::List(preset.targets.iter().map(source).collect()));
     page
 }
@@ -196,7 +196,7 @@ pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> D
 /// The same as JSON.
 pub fn as_json(preset: &Preset, measured: &SceneStatistics) -> Value {
     let statistic = |(statistic, value): (&Statistic, &f64)| {
-        let target = preset.targets.iter().find(|t| t.statistic == *statistic);
+        let target = preset.targets.get(statistic);
         let target =
             target.map(|t| json!({ "low": t.low, "high": t.high, "publication": t.publication }));
         (statistic.name().to_string(), json!({ "measured": value, "published": target }))

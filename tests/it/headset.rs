@@ -34,7 +34,7 @@ fn number(report: &Value, path: &str) -> f64 {
 /// Two pairs of views of a small scene, and the same views as pairs that nobody told of.
 fn scene(folder: &Path) {
     let run = |arguments: &[&str]| drop(program(folder, arguments).assert().code(0));
-    run(&["synth", "indoor", "--points", "3000", "-o", "room.ply", "--cameras", "all.json"]);
+    run(&["synth", "room", "--points", "3000", "-o", "room.ply", "--cameras", "all.json"]);
     let views = ["--every", "20", "--frames", "0..2", "--size", "206x220", "--stereo", "0.064"];
     let mut eyes = vec!["camera", "convert", "--cameras", "all.json", "-o", "eyes.json"];
     eyes.extend(views);

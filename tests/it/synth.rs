@@ -43,14 +43,13 @@ fn every_preset_is_well_formed_and_has_trained_opacities_and_shapes() {
             assert!((length - 1.0).abs() < 1e-5, "{}: {q:?}", preset.name);
         }
         let measured = statistics(&scene, &[]);
-        for target in &preset.targets {
-            if [Statistic::LowOpacity, Statistic::Spiky].contains(&target.statistic) {
-                let value = measured[&target.statistic];
-                let near = (target.low..=target.high).contains(&value);
-                assert!(near, "{} {}: {value}", preset.name, target.statistic.name());
-            }
+        for statistic in [Statistic::LowOpacity, Statistic::Spiky, Statistic::AxisRatio] {
+            let (value, name) = (measured[&statistic], statistic.name());
+            let near = preset.targets.get(&statistic);
+            let near = near.is_none_or(|target| (target.low..=target.high).contains(&value));
+            assert!(near, "{} {name}: {value}", preset.name);
         }
-        assert_eq!(preset.targets.iter().filter(|t| t.low > t.high).count(), 0);
+        assert_eq!(preset.targets.values().filter(|t| t.low > t.high).count(), 0);
     }
 }
 
@@ -88,15 +87,15 @@ fn demo_frames_behave_like_trained_ones() {
     let frames: Vec<FrameCounts> =
         [0, 8, 16].iter().map(|i| measure(&scene, &views[*i], false)).collect();
     let measured = statistics(&scene, &frames);
-    for target in &demo().targets {
-        let value = measured[&target.statistic];
+    for (statistic, target) in &demo().targets {
+        let value = measured[statistic];
         let near = (target.low..=target.high).contains(&value);
-        assert!(near, "{}: {value}", target.statistic.name());
+        assert!(near, "{}: {value}", statistic.name());
     }
     // Small Gaussian counts make large splats, which fill their tiles better than published
-    // scenes do: a trained model of 59,247 Gaussians has 0.19.
+    // scenes do (0.08 to 0.14): a trained model of 59,247 Gaussians has 0.19.
     let contributing = measured[&Statistic::ContributingAabb];
-    assert!((0.15..0.25).contains(&contributing), "{contributing}");
+    assert!((0.12..0.25).contains(&contributing), "{contributing}");
     assert!(measured[&Statistic::ContributingObb] > contributing, "OBB lists are tighter");
 }
 
@@ -116,6 +115,7 @@ fn frame(scale: u64) -> FrameCounts {
         tile_lengths: vec![0, 12 * scale as u32],
         pair_pixels: 200,
         squares: [25, 250],
+        square_pairs: [18 * scale, 6 * scale],
         pairs_8x8: None,
     }
 }
@@ -136,6 +136,8 @@ fn statistics_of_known_counts() {
         (Statistic::Points, 2.0),
         (Statistic::LowOpacity, 0.5),
         (Statistic::Spiky, 0.5),
+        (Statistic::SquaresPerBox, 1.5),
+        (Statistic::Squares64Per16, 1.0 / 3.0),
         (Statistic::Survivors, 0.8),
         (Statistic::Visible, 4.0),
         (Statistic::TilesPerSplat, 6.0),
@@ -161,7 +163,7 @@ fn table_fits_the_terminal_and_marks_what_is_outside() {
         for line in table.lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }
-        for target in &preset.targets {
+        for target in preset.targets.values() {
             assert!(
                 one_line(&table).contains(&one_line(&target.publication)),
                 "{}: {table}",
@@ -169,7 +171,7 @@ fn table_fits_the_terminal_and_marks_what_is_outside() {
             );
         }
         assert!(table.contains("not 1000"), "{table}");
-        if preset.targets.iter().any(|t| t.statistic == Statistic::Points) {
+        if preset.targets.contains_key(&Statistic::Points) {
             let points = table.lines().find(|line| line.starts_with("points")).unwrap();
             assert!(points.ends_with("OUTSIDE"), "{points}");
         }
@@ -239,7 +241,7 @@ fn a_preset_of_ones_own_is_a_file() {
         ("scale = 1.0", "scale = nan", "finite"),
         ("scenery = \"demo\"", "scenery = \"desert\"", "must be one of"),
         ("turns = 1.0", "turn = 1.0", "did you mean `turns`"),
-        ("low = 0.6\n", "low = 0.8\n", "`low` is above `high`"),
+        ("low = 0.6\n", "low = 0.8\n", "is above `high`"),
         ("views = 24\n", "", "views"),
     ];
     for (from, to, words) in faults {

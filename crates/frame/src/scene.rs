@@ -6,8 +6,10 @@
 
 mod camera;
 mod gaussians;
+mod order;
 mod sh_degree;
 
 pub use camera::{Camera, Eye, PairOrder, Split, are_pairs};
 pub use gaussians::Gaussians;
+pub use order::StorageOrder;
 pub use sh_degree::ShDegree;

@@ -42,7 +42,7 @@ use xxhash_rust::xxh3::Xxh3;
 pub const NEVER: u32 = u32::MAX;
 /// The version of the file format that is written: major, minor. Files of this major version and
 /// older ones are read.
-pub const VERSION: (u16, u16) = (2, 1);
+pub const VERSION: (u16, u16) = (2, 2);
 /// The largest width or height of a frame, pixels.
 pub const SIDE_MAX: u32 = 65_536;
 /// The most Gaussians in a scene: indices are 32-bit, and the last value is kept free.

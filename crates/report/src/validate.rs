@@ -287,7 +287,8 @@ fn workloads(tables: &Tables) -> Table {
         Column::text("matches"),
     ]);
     for w in &tables.workloads {
-        let Workload { name, preset, points, size: (x, y), why, .. } = w;
+        let Workload { name, preset, size: (x, y), why, .. } = w;
+        let points = w.preset().map_or(0, |preset| preset.points);
         let views = match w.path {
             0 => w.views.to_string(),
             n => format!("{} in a row of a path of {n}", w.views),
@@ -295,7 +296,7 @@ fn workloads(tables: &Tables) -> Table {
         table.row([
             Text::code(name.clone()).into(),
             preset.as_str().into(),
-            (*points as f64 * 1e-6).into(),
+            (points as f64 * 1e-6).into(),
             format!("{x}x{y}").into(),
             views.into(),
             if w.quick { "yes" } else { "" }.into(),

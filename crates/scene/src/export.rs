@@ -2,7 +2,7 @@
 //!
 //! [`write()`] keeps the order of the Gaussians, because the index of a Gaussian is its address in
 //! DRAM. Other writers of compressed formats sort along a space-filling curve, which lets their
-//! pictures and streams compress better; files from here are larger for it.
+//! pictures and streams compress better; `scene convert --order` does too.
 
 mod check;
 mod error;

@@ -11,7 +11,7 @@ mod file;
 pub use compose::ComposeError;
 pub use file::{MAGIC, VERSION};
 
-use super::Gaussians;
+use super::{Gaussians, StorageOrder};
 
 /// The parameters of one Gaussian that a level trains: DC colour and opacity, raw.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -55,6 +55,15 @@ impl Foveated {
             counts[..=usize::from(highest)].iter_mut().for_each(|n| *n += 1);
         }
         counts
+    }
+
+    /// Sorts the Gaussians.
+    pub fn sort(&mut self, order: StorageOrder) {
+        if let Some(order) = order.of(&self.base) {
+            self.base = self.base.permuted(&order);
+            self.highest = order.iter().map(|i| self.highest[*i as usize]).collect();
+            self.paints = order.iter().map(|i| self.paints[*i as usize]).collect();
+        }
     }
 
     /// The paint of Gaussian `i` in `level`, 0 for level 1.

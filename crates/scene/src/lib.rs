@@ -31,7 +31,7 @@ pub use error::SceneError;
 pub use foveated::Foveated;
 pub use input::{Folder, Input, OneFile};
 pub use ply::write as write_ply;
-pub use powergs_frame::scene::{Camera, Eye, Gaussians, ShDegree, Split};
+pub use powergs_frame::scene::{Camera, Eye, Gaussians, ShDegree, Split, StorageOrder};
 pub use read::{Format, Model, read};
 pub use stats::SceneStats;
 pub use warning::Warning;

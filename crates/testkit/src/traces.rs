@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use glam::{DMat3, DVec3};
 use powergs_frame::fovea::Screen;
-use powergs_frame::scene::{Camera, ShDegree, Split};
+use powergs_frame::scene::{Camera, ShDegree, Split, StorageOrder};
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::{
     Fovea, Frame, FrameFacts, NEVER, PixelColumns, Preview, Reader, TraceError, TraceHeader, Writer,
@@ -13,7 +13,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 pub fn header(points: u64) -> TraceHeader {
-    TraceHeader { generator: "test 1".into(), scene: "scène".into(), points }
+    TraceHeader {
+        generator: "test 1".into(),
+        scene: "scène".into(),
+        points,
+        order: StorageOrder::Storage,
+    }
 }
 
 /// The bytes of a trace of these frames; all have the points of the first.

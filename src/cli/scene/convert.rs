@@ -8,7 +8,7 @@ use serde_json::json;
 use super::short;
 use crate::cli::output_file::Overwrite;
 use crate::cli::run_folder::RunFolder;
-use crate::cli::scene_file::warn;
+use crate::cli::scene_file::{OrderArgs, warn};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Cell, Column, Document, Kind, Table};
@@ -31,6 +31,8 @@ pub struct ConvertArgs {
     /// Detail of a streamed scene, 0 is the finest [default: 0]
     #[arg(long, value_name = "N")]
     detail: Option<u32>,
+    #[command(flatten)]
+    order: OrderArgs,
 }
 
 fn formats() -> impl TypedValueParser<Value = Target> {
@@ -46,8 +48,9 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> {
         Target::SogFolder => RunFolder::check_model(place, args.overwrite.force)?,
         _ => args.overwrite.check(place)?,
     }
-    let scene = open_model(&args.file, args.detail)?;
+    let mut scene = open_model(&args.file, args.detail)?;
     warn(&scene, context);
+    args.order.sort(&mut scene.gaussians);
     let written = export::write(&scene.gaussians, target);
     let written = written.or_exit(Exit::Usage, place.display())?;
     match &written.files {

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::{open, printable};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use powergs_frame::scene::ShDegree;
+use powergs_frame::scene::{ShDegree, StorageOrder};
 use powergs_frame::trace::{ColumnGroup, FrameInfo, TraceHeader};
 
 /// Frames that are listed unless all are asked for.
@@ -216,8 +216,13 @@ impl Trace {
     }
 
     /// What is to know of the model.
-    fn kind(&self) -> &'static str {
-        if self.frames.iter().any(|frame| frame.antialiased) { ", anti-aliased" } else { "" }
+    fn kind(&self) -> String {
+        let order = match self.header.order {
+            StorageOrder::Storage => String::new(),
+            order => format!(" in {} order", order.name()),
+        };
+        let filtered = self.frames.iter().any(|frame| frame.antialiased);
+        order + if filtered { ", anti-aliased" } else { "" }
     }
 
     /// The SH degree of the scene in all frames.
@@ -270,6 +275,7 @@ impl Trace {
             "generator": self.header.generator,
             "scene": self.header.scene,
             "points": self.header.points,
+            "storage_order": self.header.order.name(),
             "complete": true,
             "bytes": self.bytes,
             "frame_count": n,

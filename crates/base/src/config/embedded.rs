@@ -98,10 +98,15 @@ pub const SWEEPS: &[Embedded] =
 pub const SYNTH: &[Embedded] = embedded!("synth":
     "demo",
     "lego",
-    "indoor",
-    "outdoor-bounded",
-    "outdoor-unbounded",
-    "uhd-capture"
+    "room",
+    "train",
+    "truck",
+    "garden",
+    "bicycle",
+    "stump",
+    "uhd-capture",
+    "city",
+    "replica"
 );
 
 /// Where the numbers come from.

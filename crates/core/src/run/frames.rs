@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use powergs_base::budget::Budget;
-use powergs_frame::scene::{Camera, Eye, are_pairs};
+use powergs_frame::scene::{Camera, Eye, StorageOrder, are_pairs};
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -84,7 +84,12 @@ pub trait Frames {
             let views = (first..first + eyes).map(|position| self.take(position)?.get());
             let views = views.collect::<Result<Vec<Arc<Frame>>, RunError>>()?;
             let points = views[0].facts.points;
-            let header = TraceHeader { generator: String::new(), scene: name.clone(), points };
+            let header = TraceHeader {
+                generator: String::new(),
+                scene: name.clone(),
+                points,
+                order: StorageOrder::Storage,
+            };
             let written = Writer::new(&mut contents, &header).and_then(|mut writer| {
                 views.iter().try_for_each(|frame| writer.write_frame(frame).map(drop))?;
                 writer.finish()

@@ -13,7 +13,7 @@ use powergs_energy::action::Phase;
 use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_raster::{Detail, FoveatedFrame, Options, render, render_foveated};
-use powergs_scene::Foveated;
+use powergs_scene::{Foveated, StorageOrder};
 use powergs_testkit::foveated::{gaze_at, levels};
 use powergs_testkit::scenes::front_camera;
 
@@ -220,8 +220,12 @@ fn pruned_levels_save_work() {
 #[test]
 fn traces_keep_gaze_and_screen() {
     let (_, frame) = rendered(6, 300);
-    let header =
-        TraceHeader { generator: "test".into(), scene: "s".into(), points: frame.facts.points };
+    let header = TraceHeader {
+        generator: "test".into(),
+        scene: "s".into(),
+        points: frame.facts.points,
+        order: StorageOrder::Storage,
+    };
     let mut writer = Writer::new(Cursor::new(Vec::new()), &header).expect("memory");
     writer.write_frame(&frame).expect("a frame");
     let bytes = writer.finish().expect("memory").into_inner();

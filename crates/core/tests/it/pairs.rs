@@ -11,7 +11,7 @@ use powergs_core::run::{
 };
 use powergs_core::sim::FrameReport;
 use powergs_core::sim::statistics::{Kind, catalogue};
-use powergs_frame::scene::Eye;
+use powergs_frame::scene::{Eye, StorageOrder};
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
 
 fn demo() -> TraceFile {
@@ -142,7 +142,12 @@ fn ranges_and_samples_take_whole_pairs() {
     let path = folder.path().join("pairs.bin");
     let frames = views(4, true);
     let points = frames.frames[0].facts.points;
-    let header = TraceHeader { generator: String::new(), scene: "pairs".into(), points };
+    let header = TraceHeader {
+        generator: String::new(),
+        scene: "pairs".into(),
+        points,
+        order: StorageOrder::Storage,
+    };
     let file = std::fs::File::create(&path).expect("a file");
     let mut writer = Writer::new(file, &header).expect("a trace");
     for frame in &frames.frames {
@@ -163,7 +168,12 @@ fn ranges_and_samples_take_whole_pairs() {
 fn a_trace_holds_whole_pairs_only() {
     let frames = views(4, true);
     let points = frames.frames[0].facts.points;
-    let header = TraceHeader { generator: String::new(), scene: "pairs".into(), points };
+    let header = TraceHeader {
+        generator: String::new(),
+        scene: "pairs".into(),
+        points,
+        order: StorageOrder::Storage,
+    };
     let written = |order: &[usize]| {
         let mut writer = Writer::new(Vec::new(), &header).expect("a trace");
         for &k in order {

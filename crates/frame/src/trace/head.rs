@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::column::ColumnCounts;
 use super::error::FrameFault;
 use super::{Frame, FrameFacts, POINTS_MAX};
-use crate::scene::{Camera, Eye, ShDegree, Split};
+use crate::scene::{Camera, Eye, ShDegree, Split, StorageOrder};
 
 /// The header of a trace file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,6 +16,9 @@ pub struct TraceHeader {
     pub scene: String,
     /// Gaussians in the scene, at most [`POINTS_MAX`]; the same in every frame.
     pub points: u64,
+    /// How the Gaussians were sorted when the model was loaded: indices are addresses. Files before
+    /// 2.2 do not say it, which reads as the order of the file.
+    pub order: StorageOrder,
 }
 
 impl TraceHeader {
@@ -26,6 +29,7 @@ impl TraceHeader {
         let mut out = self.points.to_le_bytes().to_vec();
         put_text(&mut out, &self.generator)?;
         put_text(&mut out, &self.scene)?;
+        out.push(self.order as u8);
         Ok(out)
     }
 
@@ -35,9 +39,15 @@ impl TraceHeader {
         if points > POINTS_MAX {
             return Err(format!("the header promises {points} Gaussians, 2^32 - 1 are allowed"));
         }
-        let header = TraceHeader { points, generator: fields.text()?, scene: fields.text()? };
-        fields.end()?;
-        Ok(header)
+        let (generator, scene) = (fields.text()?, fields.text()?);
+        // What later minor versions add behind it is left out.
+        let order = match fields.0.first() {
+            None => StorageOrder::Storage,
+            Some(code) => *StorageOrder::ALL
+                .get(usize::from(*code))
+                .ok_or_else(|| format!("there is no storage order {code}"))?,
+        };
+        Ok(TraceHeader { generator, scene, points, order })
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use powergs_base::TOOL_VERSION;
 use powergs_frame::trace::{EncodedFrame, Frame, TraceHeader, Writer};
 use powergs_raster::{Canvas, Detail, Options, render_foveated};
-use powergs_scene::{Camera, Foveated, Gaussians};
+use powergs_scene::{Camera, Foveated, Gaussians, StorageOrder};
 
 use super::Campaign;
 use crate::foveated::looking;
@@ -52,6 +52,7 @@ impl Campaign {
             generator: format!("powergs-sim {TOOL_VERSION}"),
             scene: format!("{}-{what}", self.name),
             points: points as u64,
+            order: StorageOrder::Storage,
         };
         let mut writer = Writer::new(to, &header).map_err(io::Error::other)?;
         for (i, camera) in self.power_views.iter().enumerate() {

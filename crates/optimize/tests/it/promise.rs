@@ -73,9 +73,9 @@ fn with_views_between_the_others_the_promise_is_what_is_seen_from_everywhere() {
         seen - promised
     };
     // One or two views promise decibels too much on this circle, and too little on that one.
-    let (too_much, too_little) = (off(1, 0), off(6, 0));
+    let (too_much, too_little) = (off(3, 0), off(7, 0));
     assert!(too_much < -2.0 && too_little > 1.0, "{too_much}, {too_little}");
-    let (less, more) = (off(1, LEAST_GATE), off(6, LEAST_GATE));
+    let (less, more) = (off(3, LEAST_GATE), off(7, LEAST_GATE));
     assert!(less.abs() < 0.5 * too_much.abs() && more.abs() < too_little, "{less}, {more}");
 }
 

@@ -139,7 +139,7 @@ impl References for Counted<'_> {
 
 #[test]
 fn views_that_confirm_do_not_choose() {
-    let mut tiny = tiny(300, 2, (48, 36));
+    let mut tiny = tiny(400, 2, (48, 36));
     let all = tiny.cameras.len();
     tiny.split.validation = (0..9).collect();
     tiny.split.train = (9..all).collect();
@@ -162,7 +162,7 @@ fn views_that_confirm_do_not_choose() {
     // What is kept was chosen by an estimate of them, with a little to spare.
     let (model, check, _) = tuner.finish();
     let (check, found) = (check.unwrap(), setup.see(&model.scene, setup.gate_views(), None));
-    assert!(check.passed && model.scene.len() < 300);
+    assert!(check.passed && model.scene.len() < 400);
     assert!(TARGET.margin_db(check.seen.quality) >= 0.5 * tiny.settings.epsilon_db);
     let luck = check.seen.quality.psnr_db - found.quality.psnr_db;
     assert!(luck != 0.0 && luck.abs() < 1.0, "{luck} dB");

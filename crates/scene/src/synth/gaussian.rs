@@ -1,14 +1,15 @@
 //! One Gaussian, drawn from a layout.
 //!
-//! The distributions are those of trained models. Of two that were trained from photos with the
-//! standard recipe (59,247 and 38,480 Gaussians): 64 and 65 % of opacities are below 0.35, 62 and
-//! 72 % of the axis ratios (longest to shortest) are at least 3, the SH coefficients of degree 1, 2
-//! and 3 have standard deviations 0.026, 0.020 and 0.013. Published: 65.1 % and about 57 %
-//! (`hardware.md` §5.2).
+//! The distributions are those of trained models. Of seven (38,480 to 250,000 Gaussians, five
+//! trainers): sizes do not depend on opacity, and axis ratios have long tails that a Weibull
+//! distribution of the logarithm describes: the median of longest to shortest is 3.8 to 22, one in
+//! twenty is beyond 50. Of the two that were trained from photos with the standard recipe, 64 and
+//! 65 % of opacities are below 0.35, and the SH coefficients of degree 1, 2 and 3 have standard
+//! deviations 0.026, 0.020 and 0.013. Published: 65.1 % below 0.35.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use rand::RngExt;
-use rand_distr::StandardNormal;
+use rand_distr::{Distribution, StandardNormal, Weibull};
 use rand_pcg::Pcg64Mcg;
 
 use super::layout::{Layout, LayoutKind};
@@ -37,15 +38,12 @@ pub(super) struct Gaussian {
     pub sh: [f32; COEFFICIENTS],
 }
 
-/// The distributions of one kind of Gaussian. Axes are log-normal: `size` is the spread of the
-/// geometric mean of the two long axes, the other two are spreads of half-normal ratios.
+/// The distributions of one kind of Gaussian. The geometric mean of both long axes is log-normal.
 struct Distributions {
-    /// Spread of the logarithm of the size.
-    size: f64,
-    /// Spread of log(longest / middle).
-    long: f64,
-    /// Spread of log(middle / shortest).
-    flat: f64,
+    /// log(longest / middle).
+    long: LogRatio,
+    /// log(middle / shortest).
+    flat: LogRatio,
     /// Standard deviation of the offset along the normal, in units of the spacing.
     fuzz: f64,
     /// Share of faint Gaussians.
@@ -54,15 +52,46 @@ struct Distributions {
     backing: f64,
 }
 
-const SURFACE: Distributions =
-    Distributions { size: 0.5, long: 0.75, flat: 0.95, fuzz: 0.35, faint: 0.635, backing: 0.01 };
+/// Spread of the logarithm of the size.
+const SIZE: f64 = 0.55;
+
+/// The logarithm of the ratio of two axes: Weibull, as in trained models.
+#[derive(Clone, Copy)]
+struct LogRatio {
+    scale: f64,
+    shape: f64,
+}
+
+impl LogRatio {
+    const LONG: LogRatio = LogRatio { scale: 0.86, shape: 1.19 };
+    const FLAT: LogRatio = LogRatio { scale: 1.05, shape: 1.14 };
+
+    const fn times(self, factor: f64) -> LogRatio {
+        LogRatio { scale: self.scale * factor, ..self }
+    }
+
+    fn draw(self, rng: &mut Pcg64Mcg) -> f64 {
+        Weibull::new(self.scale, self.shape).map_or(0.0, |ratio| ratio.sample(rng))
+    }
+}
+
+const SURFACE: Distributions = Distributions {
+    long: LogRatio::LONG,
+    flat: LogRatio::FLAT,
+    fuzz: 0.35,
+    faint: 0.635,
+    backing: 0.01,
+};
 const TERRAIN: Distributions = Distributions { backing: 0.04, ..SURFACE };
-const FOLIAGE: Distributions =
-    Distributions { size: 0.5, long: 0.95, flat: 0.8, fuzz: 0.2, faint: 0.635, backing: 0.0 };
-const SHELL: Distributions =
-    Distributions { size: 0.5, long: 0.6, flat: 0.8, fuzz: 1.0, faint: 0.5, backing: 0.06 };
-const FLOATERS: Distributions =
-    Distributions { size: 0.7, long: 0.6, flat: 0.6, fuzz: 0.0, faint: 1.0, backing: 0.0 };
+const FOLIAGE: Distributions = Distributions {
+    long: LogRatio::LONG.times(1.25),
+    flat: LogRatio::FLAT.times(0.85),
+    fuzz: 0.2,
+    backing: 0.0,
+    ..SURFACE
+};
+const SHELL: Distributions = Distributions { fuzz: 1.0, faint: 0.5, backing: 0.06, ..SURFACE };
+const FLOATERS: Distributions = Distributions { fuzz: 0.0, faint: 1.0, backing: 0.0, ..SURFACE };
 
 const fn distributions(kind: LayoutKind) -> &'static Distributions {
     match kind {
@@ -74,8 +103,8 @@ const fn distributions(kind: LayoutKind) -> &'static Distributions {
     }
 }
 
-/// Mean and spread of the logit opacity, and what it does to the size. A trained surface is closed
-/// by few opaque Gaussians and refined by many faint and smaller ones.
+/// Mean and spread of the logit opacity. Few opaque Gaussians close a trained surface, many faint
+/// ones of the same sizes refine it.
 struct Solidity {
     logit: f64,
     spread: f64,
@@ -84,8 +113,8 @@ struct Solidity {
     behind: f64,
 }
 
-const FAINT: Solidity = Solidity { logit: -2.6, spread: 1.2, size: 0.65, behind: 0.0 };
-const SOLID: Solidity = Solidity { logit: 1.5, spread: 2.1, size: 1.25, behind: 0.0 };
+const FAINT: Solidity = Solidity { logit: -2.6, spread: 1.2, size: 1.0, behind: 0.0 };
+const SOLID: Solidity = Solidity { logit: 1.5, spread: 2.1, size: 1.0, behind: 0.0 };
 /// The large ones underneath, without which a surface of random points has holes.
 const BACKING: Solidity = Solidity { logit: 4.0, spread: 1.0, size: 2.5, behind: 1.0 };
 
@@ -112,9 +141,8 @@ impl Gaussian {
         let solidity = Solidity::draw(shape, rng);
         let offset = (normal(rng) * shape.fuzz - solidity.behind) * spacing;
         let position = sample.position + sample.normal * offset;
-        let size = (part.cover * solidity.size * spacing).ln() + normal(rng) * shape.size;
-        let long = normal(rng).abs() * shape.long;
-        let flat = normal(rng).abs() * shape.flat;
+        let size = (part.cover * solidity.size * spacing).ln() + normal(rng) * SIZE;
+        let [long, flat] = [shape.long, shape.flat].map(|r| r.draw(rng) * layout.elongation);
         let log_scale = [size + 0.5 * long, size - 0.5 * long, size - 0.5 * long - flat];
         let logit_opacity = solidity.logit + solidity.spread * normal(rng);
         let colour = part.look.colour(position, sample.normal);

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::preset::{Preset, Scenery};
-use super::scenery::{garden, room, street, toy};
+use super::scenery::{city, garden, room, street, toy};
 use super::shape::SynthShape;
 use super::texture::Look;
 
@@ -37,6 +37,8 @@ pub(super) struct LayoutPart {
     pub weight: f64,
     /// Standard deviation in units of the distance between neighbours.
     pub cover: f64,
+    /// Whether it is what the views look at.
+    pub is_focus: bool,
 }
 
 /// A scene before its Gaussians are drawn.
@@ -48,6 +50,8 @@ pub(super) struct Layout {
     cumulative: Vec<f64>,
     /// Gaussians in the scene.
     points: f64,
+    /// Factor on the logarithms of the ratios of axes.
+    pub elongation: f64,
 }
 
 impl Layout {
@@ -59,16 +63,28 @@ impl Layout {
             Scenery::Room => room::parts(&mut rng),
             Scenery::Street => street::parts(&mut rng),
             Scenery::Garden => garden::parts(&mut rng),
+            Scenery::City => city::parts(&mut rng),
             Scenery::Demo => toy::on_a_table(&mut rng),
         };
         parts.iter_mut().for_each(|part| part.cover *= preset.scale);
+        if let Some(focus) = preset.focus {
+            let of = |is_focus| parts.iter().filter(move |part| part.is_focus == is_focus);
+            let [own, rest] = [true, false].map(|is| of(is).map(|part| part.weight).sum::<f64>());
+            let factors = [(1.0 - focus) / rest.max(f64::MIN_POSITIVE), focus / own];
+            parts.iter_mut().for_each(|part| part.weight *= factors[usize::from(part.is_focus)]);
+        }
         let total: f64 = parts.iter().map(|part| part.weight).sum();
         let mut sum = 0.0;
         let cumulative = parts.iter().map(|part| {
             sum += part.weight / total;
             sum
         });
-        Layout { cumulative: cumulative.collect(), parts, points: points as f64 }
+        Layout {
+            cumulative: cumulative.collect(),
+            parts,
+            points: points as f64,
+            elongation: preset.elongation,
+        }
     }
 
     /// A part, by weight, and the number of Gaussians that it is expected to get.
@@ -94,7 +110,14 @@ impl Builder {
         let weight = shape.area() * detail;
         let ground = matches!(shape, SynthShape::Ground { .. });
         let kind = if ground { LayoutKind::Terrain } else { LayoutKind::Surface };
-        self.parts.push(LayoutPart { shape, look, kind, weight, cover: SURFACE_COVER });
+        self.parts.push(LayoutPart {
+            shape,
+            look,
+            kind,
+            weight,
+            cover: SURFACE_COVER,
+            is_focus: false,
+        });
     }
 
     /// An upright box standing on `base` (centre of its lower face), turned by `yaw`.
@@ -112,7 +135,13 @@ impl Builder {
         weight: f64,
         cover: f64,
     ) {
-        self.parts.push(LayoutPart { shape, look, kind, weight, cover });
+        self.parts.push(LayoutPart { shape, look, kind, weight, cover, is_focus: false });
+    }
+
+    /// Makes everything so far what the views look at, with a share of all Gaussians.
+    pub(crate) fn focus(&mut self, total: f64) {
+        self.share(0, total);
+        self.parts.iter_mut().for_each(|part| part.is_focus = true);
     }
 
     /// Scales the weights of everything from part `from` on so that they sum to `total`.

@@ -1,6 +1,7 @@
 //! The presets: what each looks like, from where it is seen, and which published statistics it
 //! aims at. They are files: `arch-configs/synth/*.toml`, or a user's own.
 
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use glam::DVec3;
@@ -24,16 +25,25 @@ pub struct Preset {
     pub points: usize,
     /// What is in it.
     pub scenery: Scenery,
+    /// Share of the Gaussians in what the views look at, the rest being around it: what a view sees
+    /// of the scene. Without it that of the scenery.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "share"))]
+    pub focus: Option<f64>,
     /// Factor on the size of every Gaussian: larger ones cover more tiles.
     #[schemars(extend("minimum" = 0.01, "maximum" = 100, "x-unit" = "factor"))]
     pub scale: f64,
+    /// Factor on the logarithms of the ratios of axes: 1 is as trained, 0 makes balls.
+    #[serde(default = "one")]
+    #[schemars(extend("minimum" = 0, "maximum" = 4, "x-unit" = "factor"))]
+    pub elongation: f64,
     /// The pictures of its views.
     pub image: Image,
     /// Where its views are.
     pub rig: Rig,
     /// Published statistics that it aims at.
     #[serde(default)]
-    pub targets: Vec<Target>,
+    pub targets: BTreeMap<Statistic, Target>,
 }
 
 impl Preset {
@@ -50,11 +60,11 @@ impl Preset {
         let text = &layer::on_embedded(text, SYNTH)?;
         let config = config::parse::<Preset>(text, &[])?;
         let mut problems = Vec::new();
-        for target in &config.value.targets {
+        for (statistic, target) in &config.value.targets {
             if target.low > target.high {
-                let name = target.statistic.name();
-                let message = format!("`low` is above `high` for {name}: no value would be near");
-                problems.push(config.problem("targets", message));
+                let key = format!("targets.{}.low", statistic.name());
+                problems
+                    .push(config.problem(&key, "is above `high`: no value would be near".into()));
             }
         }
         config.checked(problems)
@@ -64,6 +74,10 @@ impl Preset {
     pub fn size(&self) -> (u32, u32) {
         (self.image.width, self.image.height)
     }
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// The presets that come with the program, in the order of `synth --list`.
@@ -106,6 +120,13 @@ pub enum Statistic {
     /// Share of Gaussians whose longest axis is at least three times the shortest.
     #[serde(rename = "spiky_frac")]
     Spiky,
+    /// Median of the longest axis over the shortest.
+    #[serde(rename = "axis_ratio_median")]
+    AxisRatio,
+    /// Median distance of Gaussians that follow each other in memory, over that of any two: 1 where
+    /// an address says nothing about a place.
+    #[serde(rename = "neighbour_distance")]
+    NeighbourDistance,
     /// Share of Gaussians in front of the near plane.
     #[serde(rename = "survivors_frac")]
     Survivors,
@@ -136,6 +157,12 @@ pub enum Statistic {
     /// List entries times pixels, over α evaluations until pixels stop.
     #[serde(rename = "termination_saving")]
     TerminationSaving,
+    /// Pairs with 16x16 tiles of bounding squares over those of oriented boxes.
+    #[serde(rename = "squares_per_box")]
+    SquaresPerBox,
+    /// Pairs of bounding squares with 64x64 tiles over those with 16x16.
+    #[serde(rename = "squares_64_per_16")]
+    Squares64Per16,
     /// Pairs with 8x8 tiles at 1920x1080 per Gaussian of the scene, bounding squares.
     #[serde(rename = "pairs_8x8_aabb_per_point")]
     PairsAabb,
@@ -151,6 +178,8 @@ impl Statistic {
             Statistic::Points => "points",
             Statistic::LowOpacity => "low_opacity_frac",
             Statistic::Spiky => "spiky_frac",
+            Statistic::AxisRatio => "axis_ratio_median",
+            Statistic::NeighbourDistance => "neighbour_distance",
             Statistic::Survivors => "survivors_frac",
             Statistic::Visible => "visible_splats",
             Statistic::TilesPerSplat => "tiles_per_splat",
@@ -161,6 +190,8 @@ impl Statistic {
             Statistic::ContributingAabb => "contributing_aabb_frac",
             Statistic::ContributingObb => "contributing_obb_frac",
             Statistic::TerminationSaving => "termination_saving",
+            Statistic::SquaresPerBox => "squares_per_box",
+            Statistic::Squares64Per16 => "squares_64_per_16",
             Statistic::PairsAabb => "pairs_8x8_aabb_per_point",
             Statistic::PairsExact => "pairs_8x8_exact_per_point",
         }
@@ -171,8 +202,6 @@ impl Statistic {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Target {
-    /// Of what.
-    pub statistic: Statistic,
     /// Smallest value that was published for such scenes.
     #[schemars(extend("minimum" = 0, "maximum" = 1e12, "x-unit" = "as the statistic"))]
     pub low: f64,
@@ -195,6 +224,8 @@ pub enum Scenery {
     Street,
     /// A lawn with trees to the horizon.
     Garden,
+    /// Blocks of houses along streets, from the air.
+    City,
     /// A digger on a table.
     Demo,
 }

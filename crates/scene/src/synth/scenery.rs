@@ -1,5 +1,6 @@
 //! The building blocks of the presets.
 
+pub(super) mod city;
 pub(super) mod garden;
 pub(super) mod room;
 pub(super) mod street;

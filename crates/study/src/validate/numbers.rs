@@ -10,8 +10,6 @@ use super::row::{MachineName, Row, Status, Tolerance};
 use super::{Metric, Workload};
 use powergs_scene::synth::Preset;
 
-/// Most Gaussians and pixels of a workload.
-const POINTS_MAX: usize = 20_000_000;
 const SIDE_MAX: u32 = 16_384;
 /// Most views of a workload, and frames of its path.
 const VIEWS_MAX: usize = 1_000;
@@ -179,7 +177,6 @@ impl NumberPlace<'_> {
 struct WorkloadRecord {
     name: String,
     preset: String,
-    points: usize,
     seed: u64,
     width: u32,
     height: u32,
@@ -205,7 +202,6 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
             let fault = || place.fault(column, &value.to_string(), what);
             (least..=most).contains(&value).then_some(()).ok_or_else(fault)
         };
-        between("points", record.points, 1, POINTS_MAX)?;
         between("width", record.width as usize, 1, SIDE_MAX as usize)?;
         between("height", record.height as usize, 1, SIDE_MAX as usize)?;
         between("views", record.views, 1, VIEWS_MAX)?;
@@ -214,7 +210,6 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
         workloads.push(Workload {
             name: record.name,
             preset: record.preset,
-            points: record.points,
             seed: record.seed,
             size: (record.width, record.height),
             views: record.views,

@@ -124,7 +124,7 @@ fn one_scene(
     all: &mut Measurements,
 ) -> Result<bool, RunError> {
     let Some(preset) = workloads[0].preset() else { return Ok(true) };
-    let scene = Arc::new(generate(preset, workloads[0].points, workloads[0].seed));
+    let scene = Arc::new(generate(preset, preset.points, workloads[0].seed));
     for workload in workloads {
         let names = machines(rows, &workload.name);
         let cameras = workload.cameras(preset);

@@ -12,8 +12,6 @@ pub struct Workload {
     pub name: String,
     /// Name of the `synth` preset.
     pub preset: String,
-    /// Gaussians.
-    pub points: usize,
     /// Seed of the scene.
     pub seed: u64,
     /// Image size, pixels.
@@ -31,8 +29,8 @@ pub struct Workload {
 
 impl Workload {
     /// What decides the scene: workloads with the same key share it.
-    pub(crate) fn scene_key(&self) -> (&str, usize, u64) {
-        (&self.preset, self.points, self.seed)
+    pub(crate) fn scene_key(&self) -> (&str, u64) {
+        (&self.preset, self.seed)
     }
 
     /// The preset.

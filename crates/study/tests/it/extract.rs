@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use powergs_core::run::{Frames, MemoryFrames, Watch};
+use powergs_frame::scene::StorageOrder;
 use powergs_frame::trace::{Frame, Reader, TraceHeader};
 use powergs_study::extract::{Extracted, extract};
 
@@ -12,7 +13,12 @@ use crate::frames;
 
 fn header(frames: &MemoryFrames) -> TraceHeader {
     let points = frames.frames[0].facts.points;
-    TraceHeader { generator: "test".to_owned(), scene: "demo".to_owned(), points }
+    TraceHeader {
+        generator: "test".to_owned(),
+        scene: "demo".to_owned(),
+        points,
+        order: StorageOrder::Storage,
+    }
 }
 
 fn read(trace: &Extracted<Vec<u8>>) -> Vec<Frame> {

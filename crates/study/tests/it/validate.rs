@@ -269,7 +269,7 @@ fn a_quick_run_has_areas_powers_and_small_scenes() {
     let quick: Vec<&Row> = tables.rows.iter().filter(|row| tables.is_quick(row)).collect();
     assert!(quick.len() > 10 && quick.len() < tables.rows.len());
     for row in quick {
-        let is_small = |name: &String| ["lego", "tt", "train"].contains(&name.as_str());
+        let is_small = |name: &String| ["lego", "train"].contains(&name.as_str());
         assert!(row.workloads.iter().all(is_small), "{}", row.id);
     }
 }

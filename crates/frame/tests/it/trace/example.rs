@@ -1,7 +1,7 @@
 //! The worked example of `docs/trace-format.md` is true.
 
 use glam::{DMat3, DVec3};
-use powergs_frame::scene::{Camera, ShDegree};
+use powergs_frame::scene::{Camera, ShDegree, StorageOrder};
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, TraceHeader, Writer};
 use powergs_testkit::traces::read_all;
@@ -41,7 +41,12 @@ fn example() -> Vec<u8> {
         fovea: None,
         preview: None,
     };
-    let header = TraceHeader { generator: "doc".into(), scene: "s".into(), points: 2 };
+    let header = TraceHeader {
+        generator: "doc".into(),
+        scene: "s".into(),
+        points: 2,
+        order: StorageOrder::Storage,
+    };
     let mut writer = Writer::new(Vec::new(), &header).unwrap();
     writer.write_frame(&frame).unwrap();
     writer.finish().unwrap()

@@ -176,7 +176,7 @@ fn files_of_format_1_have_no_sh_degree() {
     }
     seal(&mut bytes);
     let mut reader = Reader::open(Cursor::new(&bytes)).unwrap();
-    assert_eq!(reader.version(), (1, 1));
+    assert_eq!(reader.version(), (1, 2));
     for frame in [reader.frame(0).unwrap(), reader.frame(1).unwrap()] {
         assert_eq!(frame.facts.sh_degree, None);
         assert_eq!(frame.facts.colour_degree().get(), 3);

@@ -12,7 +12,7 @@ use super::{between, bush, floaters, paint, sky, tree};
 pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     table(&mut builder, rng);
-    builder.share(0, 0.09);
+    builder.focus(0.09);
     let from = builder.parts.len();
     let soil = Look::matt([0.30, 0.24, 0.16], [0.36, 0.40, 0.18], Pattern::Noise, 0.6);
     let ground = SynthShape::Ground { centre: DVec3::ZERO, core: 2.2, radius: 80.0 };

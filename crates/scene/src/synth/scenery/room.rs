@@ -16,7 +16,7 @@ const TABLE: f64 = 0.74;
 pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     table(&mut builder, rng);
-    builder.share(0, 0.53);
+    builder.focus(0.53);
     let from = builder.parts.len();
     walls(&mut builder);
     builder.share(from, 0.29);

@@ -12,15 +12,15 @@ use super::{between, floaters, paint, sky, tree};
 pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     truck(&mut builder, rng);
-    builder.share(0, 0.20);
+    builder.focus(0.14);
     let from = builder.parts.len();
     let gravel = Look::matt([0.42, 0.40, 0.37], [0.58, 0.56, 0.52], Pattern::Noise, 0.3);
     let ground = SynthShape::Ground { centre: DVec3::ZERO, core: 5.0, radius: 45.0 };
     builder.surface(ground, gravel, 1.0);
-    builder.share(from, 0.20);
+    builder.share(from, 0.15);
     let from = builder.parts.len();
     houses(&mut builder, rng);
-    builder.share(from, 0.22);
+    builder.share(from, 0.28);
     let from = builder.parts.len();
     for idx in 0..14 {
         let angle = 0.45 * f64::from(idx) + between(rng, -0.15, 0.15);
@@ -29,7 +29,7 @@ pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
         let height = between(rng, 5.0, 9.0);
         tree(&mut builder, rng, foot, height, 1.0 / (far * far));
     }
-    builder.share(from, 0.24);
+    builder.share(from, 0.31);
     sky(&mut builder, 90.0, 0.09);
     floaters(&mut builder, DVec3::new(0.0, 0.0, 2.5), 8.0, 0.03);
     builder.parts

@@ -17,7 +17,7 @@ pub(in super::super) fn parts(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     digger(&mut builder);
     studs(&mut builder);
     bricks(&mut builder, rng, 120, 1.0);
-    builder.share(0, 1.0);
+    builder.focus(1.0);
     floaters(&mut builder, DVec3::new(0.0, 0.0, 0.3), 1.0, 0.004);
     builder.parts
 }
@@ -27,7 +27,7 @@ pub(in super::super) fn on_a_table(rng: &mut Pcg64Mcg) -> Vec<LayoutPart> {
     let mut builder = Builder::default();
     digger(&mut builder);
     bricks(&mut builder, rng, 16, 1.8);
-    builder.share(0, 0.70);
+    builder.focus(0.70);
     let board = Look::matt([0.52, 0.34, 0.20], [0.70, 0.52, 0.34], Pattern::Planks, 0.35);
     let table = SynthShape::Ground { centre: DVec3::new(0.0, 0.0, -0.06), core: 1.2, radius: 5.0 };
     let from = builder.parts.len();
