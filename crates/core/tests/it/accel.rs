@@ -43,7 +43,7 @@ fn chunk(entries: u32, pairs: u32) -> ChunkWork {
 /// Keys that all are sorted, on a machine with seven pivots and chunks of 256.
 fn keys(held: u64) -> Keys {
     let passes = [256, 2048, 16384].iter().filter(|&&most| held > most).count() as u32;
-    Keys { held, sorted: held, passes, before: 0 }
+    Keys { held, sorted: held, passes, ..Keys::default() }
 }
 
 fn charged<U: Unit>(unit: &U, work: &U::Work) -> ActionCounts {

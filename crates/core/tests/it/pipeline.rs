@@ -164,8 +164,9 @@ fn caches_and_orders_of_real_frames_are_those_of_the_oracle() {
             dice.memory(&mut machine);
             let has_cache = dice.cache(&mut machine);
             let is_updated = dice.roll(0, 1) == 1;
-            let way = if is_updated { GsuImpl::Update } else { GsuImpl::Sort };
-            machine.tiles_mut().gsu.implementation = way;
+            if is_updated {
+                machine.tiles_mut().gsu.implementation = GsuImpl::Update;
+            }
             let geometry = machine.tiles().geometry;
             let [before, workload] = small_frames(seed).map(|frame| bin(&frame, geometry));
             let mut history = History::default();

@@ -7,7 +7,7 @@ use super::{
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 9] = [
+pub(super) const OPTIONAL: [Optional; 10] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -49,6 +49,13 @@ pub(super) const OPTIONAL: [Optional; 9] = [
         keys: &["binning.block"],
         with: &["binning.impl=append", "gsu.impl=sort"],
         is_there: |m| m.of_type::<BinningSpec>().implementation == BinningImpl::Append,
+    },
+    Optional {
+        what: "`gsu.impl` = \"merge\"",
+        switch: "gsu.impl",
+        keys: &["gsu.fan-in"],
+        with: &["gsu.impl=merge"],
+        is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Merge,
     },
     Optional {
         what: "`gsu.impl` = \"update\"",

@@ -1,4 +1,5 @@
-//! Quick Sorting Unit (QSU): splits a tile's list by depth until every part fits a chunk.
+//! Quick Sorting Unit (QSU): splits a tile's list by depth until every part fits a chunk, or merges
+//! its sorted chunks.
 //!
 //! Timing rule: one pass moves every key of the list past the pivots and splits it into
 //! `pivots + 1` parts, so a list of n entries takes `ceil(log_{pivots+1}(n / chunk))` passes, none
@@ -10,6 +11,12 @@
 //! Spill rule: the part of a list that does not fit the core's share of the sorting buffer is
 //! written to DRAM and read back in every pass; a pass ends when both its keys and its spill are
 //! done (A24).
+//!
+//! **Merging** (`gsu.impl = "merge"`; A126). First the BSUs sort every chunk of a list, one after the
+//! other, whatever rendering will need of it; then `ceil(log_fan-in(chunks))` passes merge `fan-in`
+//! parts at a time. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles and spills as
+//! above; so does the pass of the BSUs where a merge follows. Chunks are in order then and are
+//! sorted no more.
 //!
 //! Source: `gscore` (seven pivots, lists of more than 256 entries), `nerarch-sim` (one key a
 //! cycle, 64 cycles), `powergs` for the number of passes.
@@ -28,8 +35,8 @@ use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
 /// What the unit declares.
 pub const QSU: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<VruSpec>().cores * m.of_type::<GsuSpec>().qsu_per_core),
-    works: &[work("pivot-key", 0, "One key moved through the pivots of a QSU in one pass.")
-        .comparing(|m| m.of_type::<GsuSpec>().pivots)
+    works: &[work("pivot-key", 0, "One key moved through a QSU in one pass: split or merged.")
+        .comparing(|m| m.of_type::<GsuSpec>().comparisons())
         .a_cycle(|m| f64::from(m.of_type::<GsuSpec>().keys_per_cycle))],
     buffers: &[buffer("sorting", "buffers.sorting", |m| {
         m.of_type::<BufferSpecs>().sorting.shared(m.of_type::<VruSpec>().cores)
@@ -41,11 +48,11 @@ pub const QSU: StageDecl = StageDecl {
         reads("spill-in", "the same on their way back", &["spill-out"], ["lists", "records"]),
     ],
     parts: &[
-        part("pivots", "Pivots: a key is compared with all of them.", |m| {
-            f64::from(m.of_type::<GsuSpec>().pivots)
+        part("pivots", "Pivots, or heads of other parts: a key is compared with all of them.", |m| {
+            f64::from(m.of_type::<GsuSpec>().comparisons())
         }),
         part("comparators", "Comparators: pivots x keys a cycle.", |m| {
-            f64::from(m.of_type::<GsuSpec>().pivots)
+            f64::from(m.of_type::<GsuSpec>().comparisons())
                 * f64::from(m.of_type::<GsuSpec>().keys_per_cycle)
         }),
     ],
@@ -109,6 +116,15 @@ pub struct Keys {
     pub passes: u32,
     /// Passes before these.
     pub before: u32,
+    /// Whether the BSUs sort all chunks before the passes, which merge them.
+    pub merged: bool,
+}
+
+impl Keys {
+    /// Times that keys are written to DRAM and read back, as far as they are.
+    pub fn round_trips(&self) -> u64 {
+        u64::from(self.passes) + u64::from(self.merged && self.passes > 0)
+    }
 }
 
 /// The quick sorting units of one core.
@@ -127,12 +143,14 @@ pub struct Qsu {
 }
 
 impl Qsu {
-    /// Passes until every part of a list fits a chunk, if pivots split evenly.
+    /// Passes until every part of a list fits a chunk, if pivots split evenly; or until all chunks
+    /// are one part.
     pub fn passes(&self, entries: u64) -> u32 {
+        let parts = u128::from(self.spec.comparisons()) + 1;
         let mut reach = u128::from(self.chunk);
         let mut passes = 0;
         while reach < u128::from(entries) {
-            reach *= u128::from(self.spec.pivots) + 1;
+            reach *= parts;
             passes += 1;
         }
         passes
@@ -141,7 +159,8 @@ impl Qsu {
     /// Cycles of the pass over `keys` behind `pass` others, bank stalls excluded.
     pub fn pass_cycles(&self, keys: &Keys, pass: u32) -> u64 {
         let rate = u64::from(self.spec.qsu_per_core) * u64::from(self.spec.keys_per_cycle);
-        let pivots = u64::from(self.spec.pivots);
+        // Heads of parts come with their keys.
+        let pivots = if keys.merged { 0 } else { u64::from(self.spec.pivots) };
         // Parts that fit a chunk are not split again.
         let parts = (pivots + 1).saturating_pow(pass).min(keys.sorted / self.chunk.max(1)).max(1);
         let changes = parts.div_ceil(u64::from(self.spec.qsu_per_core)) * pivots;

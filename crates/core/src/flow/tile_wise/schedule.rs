@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::flow::tile_wise::Assignment;
+use crate::flow::tile_wise::{Assignment, GsuImpl};
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::qsu::Keys;
@@ -32,6 +32,13 @@ pub struct Job {
     pub list_start: u32,
     /// Splats in storage order after which its list is complete.
     pub complete_after: u32,
+}
+
+impl Job {
+    /// The sort of all chunks that comes before they are merged.
+    pub fn chunks(&self) -> Sort {
+        Sort { keys: self.keys.sorted, filtered: 0 }
+    }
 }
 
 /// The jobs of a frame.
@@ -130,6 +137,7 @@ impl Planner<'_> {
         let mine = &all[tiles.start as usize..tiles.end as usize];
         let works = || mine.iter().map(|&t| &self.workload.tiles[t as usize]);
         let mut keys = Keys::default();
+        let merged = qsu.spec.implementation == GsuImpl::Merge;
         let mut kept = 0;
         let lists = group.as_ref().map_or(mine, std::slice::from_ref);
         if let Some(reuse) = self.context.reuse {
@@ -142,8 +150,15 @@ impl Planner<'_> {
             }
         } else if let Some(group) = group {
             let entries = u64::from(self.workload.groups[group as usize].entries);
-            keys = Keys { held: entries, sorted: entries, passes: qsu.passes(entries), before: 0 };
+            keys = Keys {
+                held: entries,
+                sorted: entries,
+                passes: qsu.passes(entries),
+                merged,
+                ..keys
+            };
         } else {
+            keys.merged = merged;
             for tile in works() {
                 let entries = u64::from(tile.entries);
                 keys.held += entries;
@@ -187,14 +202,15 @@ impl SortProgress {
     ) -> Sort {
         let chunk = &workload.chunks_of(tile)[index as usize];
         let Some(group) = job.group else {
-            return Sort { keys: u64::from(chunk.entries), filtered: 0 };
+            let keys = if job.keys.merged { 0 } else { u64::from(chunk.entries) };
+            return Sort { keys, filtered: 0 };
         };
         if index == 0 {
             self.looked = 0;
         }
         let whole = chunk.group_end.next_multiple_of(workload.geometry.chunk);
         let end = whole.min(workload.groups[group as usize].entries);
-        let keys = u64::from(end.saturating_sub(self.sorted));
+        let keys = if job.keys.merged { 0 } else { u64::from(end.saturating_sub(self.sorted)) };
         let filtered = u64::from(chunk.group_end.saturating_sub(self.looked));
         self.sorted = self.sorted.max(end);
         self.looked = chunk.group_end;

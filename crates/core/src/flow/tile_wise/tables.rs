@@ -438,10 +438,19 @@ pub struct GsuSpec {
     /// Where the order of a list comes from.
     #[serde(rename = "impl")]
     pub implementation: GsuImpl,
+    /// Sorted parts that a merge takes together.
+    #[serde(default = "merged_parts")]
+    #[schemars(range(min = 2, max = 1024), extend("x-unit" = "parts"))]
+    pub fan_in: u32,
     /// Frames after which every list is sorted from nothing again.
     #[serde(default = "reused_frames")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
     pub reuse_period: u32,
+}
+
+/// A126.
+fn merged_parts() -> u32 {
+    2
 }
 
 /// As long as a number says.
@@ -450,6 +459,14 @@ fn reused_frames() -> u32 {
 }
 
 impl GsuSpec {
+    /// Comparisons of a key with others in one pass: with pivots, or with the heads of other parts.
+    pub fn comparisons(&self) -> u32 {
+        match self.implementation {
+            GsuImpl::Sort | GsuImpl::Update => self.pivots,
+            GsuImpl::Merge => self.fan_in.saturating_sub(1),
+        }
+    }
+
     /// Frames after which every list is sorted from nothing; 1 for every frame.
     pub fn period(&self) -> u32 {
         if self.implementation == GsuImpl::Update { self.reuse_period } else { 1 }
@@ -460,8 +477,11 @@ impl GsuSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GsuImpl {
-    /// Every list is sorted from nothing in every frame.
+    /// Every list is split at pivots until its parts fit a chunk, and a chunk is sorted when it is
+    /// needed, in every frame.
     Sort,
+    /// Every list is sorted chunk by chunk, and the chunks are merged, in every frame.
+    Merge,
     /// The order of the frame before is updated, until `reuse-period` is over.
     Update,
 }

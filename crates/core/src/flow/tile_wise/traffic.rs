@@ -120,7 +120,7 @@ pub(crate) fn traffic(
     };
     let mut sorting = StageTraffic::default();
     for job in &plan.jobs {
-        let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
+        let spill = job.keys.round_trips() * units.qsu.overflow(&job.keys);
         sorting.read += job.read + spill;
         sorting.write += job.kept + spill;
     }
@@ -154,6 +154,9 @@ pub(super) fn actions(
     }
     for job in &plan.jobs {
         rules.qsu.charge(&units.qsu, &job.keys, &mut actions, check);
+        if job.keys.merged {
+            rules.bsu.charge(&units.bsu, &job.chunks(), &mut actions, check);
+        }
         for_each_chunk(workload, plan, job, |tile, index, sort| {
             let chunk = workload.chunks_of(tile)[index as usize];
             rules.bsu.charge(&units.bsu, &sort, &mut actions, check);

@@ -187,7 +187,7 @@ fn keys_of_parts_that_are_not_there_are_refused() {
     };
     for part in Optional::all() {
         let of_part = |key: &&KeyDoc| {
-            !key.table && Optional::of(&key.path).is_some_and(|own| own.switch == part.switch)
+            !key.table && Optional::of(&key.path).is_some_and(|own| own.what == part.what)
         };
         let docs = key_docs::<Machine>();
         let own = docs.iter().filter(of_part).find(|doc| doc.path != part.switch);

@@ -121,6 +121,7 @@ fn unlinked() -> Machine {
                 pivot_rule: PivotRule::Range,
                 depth: DepthKey::Fp16,
                 implementation: GsuImpl::Sort,
+                fan_in: 2,
                 reuse_period: 2,
             },
             vru: VruSpec {
@@ -279,6 +280,8 @@ impl Dice {
     pub fn machine(&mut self) -> Machine {
         let chunk = self.pick(&[1, 3, 4, 8]);
         let mut machine = gscore();
+        // Of its own, so that the rest is what it was before there were merges.
+        let mut order = Dice(self.0.clone());
         let (subtile, sort_group) = (self.pick(&[4, 8]), self.pick(&[16, 16, 32, 64]));
         machine.tiles_mut().geometry =
             Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
@@ -327,7 +330,8 @@ impl Dice {
             spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
             pivot_rule: PivotRule::Range,
             depth: DepthKey::Fp16,
-            implementation: GsuImpl::Sort,
+            implementation: order.pick(&[GsuImpl::Sort, GsuImpl::Merge]),
+            fan_in: order.roll(2, 4),
             reuse_period: 2,
         };
         machine.tiles_mut().vru = VruSpec {

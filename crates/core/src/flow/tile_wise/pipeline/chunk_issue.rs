@@ -129,7 +129,9 @@ impl ChunkIssue {
             ports.features.may_speculate = false;
         }
         let resident = ports.shared.units.qsu.resident(&job.keys);
-        ports.list_fetch.release_at(ports.now, self.sorter_free, resident);
+        // Merged chunks are sorted before they come; what the BSUs do now is of a later job.
+        let sorted = if job.keys.merged { ports.now } else { self.sorter_free };
+        ports.list_fetch.release_at(ports.now, sorted, resident);
         if job.kept > 0 {
             let pattern = |layout: &Layout| layout.list(job, job.kept);
             let shared = &mut *ports.shared;
@@ -222,7 +224,7 @@ impl ChunkIssue {
             backlog,
             stalls,
             features,
-            sorted: self.sort(tile, sort, now, shared),
+            sorted: self.sort_chunk(tile, sort, job, now, shared),
             colours,
             coloured: if colours > 0 { NEVER } else { now },
             bytes: units.vru.chunk_bytes(&chunk),
@@ -234,7 +236,7 @@ impl ChunkIssue {
     }
 
     /// Queues a sort at the BSUs; returns the cycle in which it is done.
-    fn sort<O: Observer>(
+    pub(crate) fn sort<O: Observer>(
         &mut self,
         tile: u32,
         sort: Sort,
@@ -251,6 +253,21 @@ impl ChunkIssue {
         self.ledger.book(State::Busy(tile), start, busy, shared.observer);
         self.ledger.book(State::Stalled(Stall::BANK), busy, self.sorter_free, shared.observer);
         self.sorter_free
+    }
+
+    /// Queues the sort of a chunk; merged chunks that nobody looks through need none.
+    fn sort_chunk<O: Observer>(
+        &mut self,
+        tile: u32,
+        sort: Sort,
+        job: &Job,
+        now: u64,
+        shared: &mut Shared<O>,
+    ) -> u64 {
+        if job.keys.merged && sort == Sort::default() {
+            return now;
+        }
+        self.sort(tile, sort, now, shared)
     }
 
     /// Issues chunks of a tile speculatively while the queue allows it; returns whether there is
@@ -280,8 +297,9 @@ impl ChunkIssue {
             let start = u64::from(work.list_start + issued);
             let pattern = AccessPattern::Chunk { start, entries: u64::from(entries), load };
             // The keys of a group may have been sorted for another tile of it.
-            let keys = if job.group.is_some() { 0 } else { u64::from(entries) };
-            let sort = Sort { keys, filtered: u64::from(entries) - keys };
+            let of = |is_done: bool| if is_done { 0 } else { u64::from(entries) };
+            let keys = of(job.group.is_some() || job.keys.merged);
+            let sort = Sort { keys, filtered: of(job.group.is_none()) };
             let (bsu, check) = (&units.rules.bsu, &mut shared.rule_check);
             bsu.charge(&units.bsu, &sort, &mut self.speculation, check);
             units.vru.charge_unused(entries, &mut self.speculation);
@@ -294,7 +312,7 @@ impl ChunkIssue {
                 backlog: 0,
                 stalls: 0,
                 features,
-                sorted: self.sort(tile, sort, now, shared),
+                sorted: self.sort_chunk(tile, sort, job, now, shared),
                 colours: 0,
                 coloured: now,
                 bytes,

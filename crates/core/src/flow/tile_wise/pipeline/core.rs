@@ -66,7 +66,7 @@ impl Core {
         self.render.retire(now, &mut self.features, &shared.memory);
         self.render.write_pixels(now, shared);
         self.render.begin(now, &mut self.features, &shared.memory);
-        self.list_fetch.advance(now, shared);
+        self.list_fetch.advance(now, &mut self.issue, shared);
         let (list_fetch, features) = (&mut self.list_fetch, &mut self.features);
         self.issue.step(&mut ChunkIssuePorts { now, list_fetch, features, shared });
         self.list_fetch.fetch(now, shared);

@@ -4,12 +4,13 @@
 //! The list of a job is read once it is complete and the core's share of the sorting buffer admits
 //! its keys beside those of earlier jobs. The QSUs run the passes of one job after the other. Then
 //! the job waits until the chunk-issue stage is free. Its keys stay in the sorting buffer until its
-//! last chunk has been sorted.
+//! last chunk has been sorted. Where chunks are merged, the BSUs sort them all before the passes.
 
 use std::collections::VecDeque;
 
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::layout::Layout;
+use crate::flow::tile_wise::pipeline::chunk_issue::ChunkIssue;
 use crate::flow::tile_wise::pipeline::{NEVER, Shared};
 use crate::flow::tile_wise::qsu::{Keys, LIST, SPILL};
 use crate::flow::tile_wise::schedule::Job;
@@ -32,6 +33,8 @@ enum Waiting {
     BufferFull,
     /// Its list is being read.
     Reading(Arrival),
+    /// The BSUs sort all of its chunks.
+    Chunks(ListFetchPass),
     /// A QSU pass is in progress.
     Partitioning(ListFetchPass),
     /// It waits for the chunk-issue stage.
@@ -98,15 +101,35 @@ impl ListFetch {
     }
 
     /// Begins the next pass, or ends partitioning, where a list has arrived or a pass is done.
-    pub(crate) fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+    pub(crate) fn advance<O: Observer>(
+        &mut self,
+        now: u64,
+        sorter: &mut ChunkIssue,
+        shared: &mut Shared<O>,
+    ) {
         for held in &mut self.held {
             let left = match held.waits {
                 Waiting::Ready => continue,
-                Waiting::Reading(read) if shared.memory.at(read) <= now => held.keys.passes,
-                Waiting::Partitioning(pass) if pass.is_done(now, shared) => pass.left,
+                Waiting::Reading(read) if shared.memory.at(read) <= now => {
+                    if held.keys.merged && held.keys.sorted > 0 {
+                        let sort = shared.plan.jobs[held.job as usize].chunks();
+                        let keys = sorter.sort(held.tile, sort, now, shared);
+                        let left = held.keys.passes;
+                        let spill = match left {
+                            0 => None,
+                            _ => spill_keys(held.keys, now, self.core, self.owner, shared),
+                        };
+                        let pass = ListFetchPass { left, busy: now, keys, spill };
+                        held.waits = Waiting::Chunks(pass);
+                        return;
+                    }
+                    held.keys.passes
+                }
+                Waiting::Partitioning(pass) | Waiting::Chunks(pass) if pass.is_done(now, shared) => pass.left,
                 Waiting::ListIncomplete
                 | Waiting::BufferFull
                 | Waiting::Reading(_)
+                | Waiting::Chunks(_)
                 | Waiting::Partitioning(_) => return,
             };
             if left > 0 {
@@ -152,7 +175,10 @@ impl ListFetch {
                     let read = shared.issue(now, self.owner, LISTS, job.read, span);
                     held.waits = Waiting::Reading(read);
                 }
-                Waiting::Reading(_) | Waiting::Partitioning(_) | Waiting::Ready => {}
+                Waiting::Reading(_)
+                | Waiting::Chunks(_)
+                | Waiting::Partitioning(_)
+                | Waiting::Ready => {}
             }
         }
     }
@@ -179,7 +205,8 @@ impl ListFetch {
         match held.waits {
             Waiting::Partitioning(pass) if pass.busy > now => State::Busy(held.tile),
             Waiting::Partitioning(pass) if pass.keys > now => State::Stalled(Stall::BANK),
-            Waiting::Partitioning(_) => State::Stalled(SPILL),
+            Waiting::Chunks(pass) if pass.keys > now => State::Stalled(Stall::INPUT),
+            Waiting::Partitioning(_) | Waiting::Chunks(_) => State::Stalled(SPILL),
             Waiting::Reading(_) if held.keys.held > 0 => State::Stalled(LIST),
             Waiting::Reading(_) | Waiting::ListIncomplete => State::Stalled(Stall::INPUT),
             Waiting::BufferFull | Waiting::Ready => State::Stalled(Stall::OUTPUT),
@@ -201,7 +228,7 @@ impl ListFetch {
         let working = self.working().map_or(NEVER, |held| match held.waits {
             Waiting::ListIncomplete | Waiting::BufferFull | Waiting::Ready => NEVER,
             Waiting::Reading(read) => at(read),
-            Waiting::Partitioning(pass) => {
+            Waiting::Partitioning(pass) | Waiting::Chunks(pass) => {
                 let spill = pass.spill.map_or(NEVER, at);
                 later(pass.busy).min(later(pass.keys)).min(spill)
             }
@@ -219,6 +246,22 @@ impl ListFetch {
     }
 }
 
+/// Writes what of the keys does not stay on chip, and reads it back.
+fn spill_keys<O: Observer>(
+    keys: Keys,
+    now: u64,
+    core: u32,
+    owner: u32,
+    shared: &mut Shared<O>,
+) -> Option<Arrival> {
+    let overflow = shared.units.qsu.overflow(&keys);
+    (overflow > 0).then(|| {
+        let pattern = |layout: &Layout| layout.spill(core, overflow);
+        shared.issue(now, owner, SPILL_OUT, overflow, pattern);
+        shared.issue(now, owner, SPILL_IN, overflow, pattern)
+    })
+}
+
 impl ListFetchPass {
     /// Begins a pass of `keys` with `left` passes behind it.
     fn begin<O: Observer>(
@@ -230,17 +273,11 @@ impl ListFetchPass {
         shared: &mut Shared<O>,
     ) -> ListFetchPass {
         let units = shared.units;
-        let overflow = units.qsu.overflow(&keys);
         let one = Keys { passes: 1, before: keys.passes - left - 1, ..keys };
         let (cycles, stalls) = units.rules.qsu.times(&units.qsu, &one, &mut shared.rule_check);
         let busy = now + cycles;
-        let mut pass = ListFetchPass { left, busy, keys: busy + stalls, spill: None };
-        if overflow > 0 {
-            let pattern = |layout: &Layout| layout.spill(core, overflow);
-            shared.issue(now, owner, SPILL_OUT, overflow, pattern);
-            pass.spill = Some(shared.issue(now, owner, SPILL_IN, overflow, pattern));
-        }
-        pass
+        let spill = spill_keys(keys, now, core, owner, shared);
+        ListFetchPass { left, busy, keys: busy + stalls, spill }
     }
 
     fn is_done<O>(&self, now: u64, shared: &Shared<O>) -> bool {

@@ -22,6 +22,8 @@ enum Step {
     WantsList,
     WantsRoom,
     Reads(Ticket),
+    /// A sort of all chunks, by its number.
+    Chunks { sort: usize, spill: Option<Ticket> },
     Passes { left: u32, cycles: u64, bank: u64, spill: Option<Ticket> },
     Ready,
 }
@@ -203,7 +205,28 @@ impl Core {
             let keys = frame.plan.jobs[self.held[i].job].keys;
             let left = match &self.held[i].step {
                 Step::Ready => continue,
-                Step::Reads(ticket) if memory.is_done(*ticket, now) => keys.passes,
+                Step::Reads(ticket) if memory.is_done(*ticket, now) => {
+                    // Chunks first, where they are merged.
+                    if keys.merged && keys.held > 0 {
+                        let job = &frame.plan.jobs[self.held[i].job];
+                        let tile = frame.plan.tiles_of(job)[0] as usize;
+                        let all = Sort { keys: keys.held, filtered: 0 };
+                        let sort = self.queue(design, all, tile);
+                        let mut spill = None;
+                        if keys.passes > 0 {
+                            spill = self.spill(now, design.qsu.overflow(&keys), memory);
+                        }
+                        self.held[i].step = Step::Chunks { sort, spill };
+                        return;
+                    }
+                    keys.passes
+                }
+                Step::Chunks { sort, spill }
+                    if *sort < self.sorts_done
+                        && spill.is_none_or(|ticket| memory.is_done(ticket, now)) =>
+                {
+                    keys.passes
+                }
                 Step::Passes { left, cycles: 0, bank: 0, spill }
                     if spill.is_none_or(|ticket| memory.is_done(ticket, now)) =>
                 {
@@ -212,12 +235,7 @@ impl Core {
                 _ => return,
             };
             if left > 0 {
-                let overflow = design.qsu.overflow(&keys);
-                let span = memory.layout.spill(self.number, overflow);
-                let spill = (overflow > 0).then(|| {
-                    self.posted.push(memory.write(now, "spill-out", overflow, span));
-                    memory.read(now, "spill-in", overflow, span)
-                });
+                let spill = self.spill(now, design.qsu.overflow(&keys), memory);
                 let pass = keys.passes - left;
                 let cycles = design.qsu.pass_cycles(&keys, pass);
                 let bank = design.qsu.pass_stalls(&keys, pass);
@@ -226,6 +244,14 @@ impl Core {
             }
             self.held[i].step = Step::Ready;
         }
+    }
+
+    fn spill(&mut self, now: u64, bytes: u64, memory: &mut Memory) -> Option<Ticket> {
+        let span = memory.layout.spill(self.number, bytes);
+        (bytes > 0).then(|| {
+            self.posted.push(memory.write(now, "spill-out", bytes, span));
+            memory.read(now, "spill-in", bytes, span)
+        })
     }
 
     fn fetch(&mut self, now: u64, frame: &Frame, next: &mut usize, memory: &mut Memory) {
@@ -310,7 +336,7 @@ impl Core {
 
     fn finish_job(&mut self, now: u64, frame: &Frame, job: &Job, memory: &mut Memory) {
         let resident = frame.design.qsu.resident(&job.keys);
-        match self.sorts.back() {
+        match self.sorts.back().filter(|_| !job.keys.merged) {
             None => self.keys_used -= resident,
             Some(last) => self.leaving.push((last.number, resident)),
         }
@@ -365,7 +391,7 @@ impl Core {
         let start = u64::from(tile.list_start + (middle.chunk - 1) * frame.workload.geometry.chunk);
         let span = AccessPattern::Chunk { start, entries: u64::from(chunk.entries), load };
         let features = Some(memory.read(now, "features", load.bytes(design), span));
-        let sort = Some(self.queue(design, sort, index));
+        let sort = self.queue_chunk(design, sort, job, index);
         self.chunks.push_back(Chunk {
             tile: index,
             busy: design.vru.cycles(&render),
@@ -383,6 +409,20 @@ impl Core {
             },
         });
         true
+    }
+
+    /// The sort of a chunk; keys that were merged are in order.
+    fn queue_chunk(
+        &mut self,
+        design: &ResolvedUnits,
+        sort: Sort,
+        job: &Job,
+        tile: usize,
+    ) -> Option<usize> {
+        let merges = job.keys.merged;
+        let sort = Sort { keys: if merges { 0 } else { sort.keys }, ..sort };
+        let is_in_order = merges && sort.filtered == 0;
+        (!is_in_order).then(|| self.queue(design, sort, tile))
     }
 
     fn queue(&mut self, design: &ResolvedUnits, sort: Sort, tile: usize) -> usize {
@@ -423,7 +463,7 @@ impl Core {
         let load = ChunkLoad { features: entries, ..ChunkLoad::default() };
         let span = AccessPattern::Chunk { start, entries, load };
         let features = Some(memory.read(now, "features", bytes, span));
-        let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));
+        let sort = self.queue_chunk(design, Sort { keys, filtered: entries - keys }, job, index);
         self.chunks.push_back(Chunk {
             tile: index,
             busy: 0,
@@ -452,6 +492,8 @@ impl Core {
                 Step::WantsList => 'i',
                 Step::Reads(_) if frame.plan.jobs[held.job].keys.held == 0 => 'i',
                 Step::Reads(_) => 'l',
+                Step::Chunks { sort, .. } if *sort < self.sorts_done => 's',
+                Step::Chunks { .. } => 'i',
                 Step::Passes { cycles: 0, bank: 0, .. } => 's',
                 Step::Passes { cycles: 0, .. } => 'b',
                 Step::Passes { .. } => name(held.job),
