@@ -50,13 +50,46 @@ pub struct Geometry {
     pub chunk: u32,
     /// Splat-against-tile test.
     pub test: Intersection,
+    /// Which Gaussians are projected.
+    #[serde(default)]
+    pub cull: Cull,
+}
+
+/// What is known of a Gaussian before it is projected: by its centre alone.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    serde::Deserialize,
+    serde::Serialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cull {
+    /// It is in front of the near plane.
+    #[default]
+    Depth,
+    /// And inside of the picture with a margin of 0.15 of its width and height.
+    Frustum,
 }
 
 impl Geometry {
     /// The reference tiling, in which traces are measured: 16x16 tiles, 8x8 sub-tiles, chunks of
     /// 256, oriented boxes.
-    pub const REFERENCE: Geometry =
-        Geometry { tile: 16, subtile: 8, sort_group: 16, chunk: 256, test: Intersection::Obb };
+    pub const REFERENCE: Geometry = Geometry {
+        tile: 16,
+        subtile: 8,
+        sort_group: 16,
+        chunk: 256,
+        test: Intersection::Obb,
+        cull: Cull::Depth,
+    };
 
     /// Sub-tiles along one side of a tile.
     pub fn subtiles_per_side(&self) -> u32 {

@@ -134,6 +134,9 @@ impl Frame {
             hash.update(&fovea.highest_level);
             words(&mut hash, &fovea.stop_rank_2);
         }
+        if let Some(bits) = &self.frustum_bits {
+            hash.update(bits);
+        }
         hash.digest()
     }
 }
@@ -160,6 +163,9 @@ pub struct Frame {
     /// One bit per scene point, least significant first: passed the near-plane cull. Lets a machine
     /// model know the addresses of geometry-first fetches.
     pub survivor_bits: Option<Vec<u8>>,
+    /// One bit per scene point: its centre is inside the frustum with a margin
+    /// ([`inside_frustum`](crate::splat::project::inside_frustum)), for machines that cull by it.
+    pub frustum_bits: Option<Vec<u8>>,
     /// Per-pixel columns.
     pub pixels: PixelColumns,
     /// Foveated columns.

@@ -11,6 +11,7 @@ use super::row::{
     Fetched, KeepEverything, RowTarget, Shared, TileCount, Work, count_fetches, render_row,
 };
 use powergs_base::picture::Picture;
+use powergs_frame::splat::project::inside_frustum;
 use powergs_frame::splat::runs::Touch;
 use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
@@ -136,7 +137,8 @@ impl Canvas {
     /// for the next view. The options must have the reference tiling and count.
     pub fn frame(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> Frame {
         self.render(scene, camera, options);
-        self.rendered.take_frame(camera, options.background)
+        let frame = self.rendered.take_frame(camera, options.background);
+        Frame { frustum_bits: Some(inside_frustum(scene, camera)), ..frame }
     }
 
     fn render_as<R: BlendRecord>(
@@ -287,6 +289,7 @@ impl Rendered {
             },
             splats: std::mem::take(&mut self.splats),
             survivor_bits: Some(std::mem::take(&mut self.survivor_bits)),
+            frustum_bits: None,
             pixels: std::mem::take(&mut self.pixels),
             fovea: None,
             preview: Some(preview(&self.picture)),

@@ -228,6 +228,7 @@ impl FoveatedFrame {
             preview: Some(preview(&self.picture)),
             splats: self.splats,
             survivor_bits: Some(self.survivor_bits),
+            frustum_bits: None,
             pixels: self.pixels,
             fovea: Some(Fovea {
                 gaze: self.gaze.point,

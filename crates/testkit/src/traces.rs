@@ -110,6 +110,7 @@ pub fn frame(seed: u64, shape: Shape) -> Frame {
             mean_linear_rgb: shape.extras.then_some([0.1, 0.2, 1e-9]),
         },
         splats,
+        frustum_bits: shape.extras.then(|| bits.iter().map(|b| b & 0x5B).collect()),
         survivor_bits: shape.extras.then_some(bits),
         pixels: PixelColumns { stop_rank, blended },
         fovea,

@@ -7,6 +7,7 @@ use powergs_base::budget::Budget;
 use powergs_core::run::frames::eyes;
 use powergs_core::run::{Frames, Pending, RunError};
 use powergs_frame::fovea::ScreenGaze;
+use powergs_frame::splat::project::inside_frustum;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Canvas, Detail, Options, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
@@ -129,7 +130,9 @@ impl Frames for RenderedViews {
                 Pending::new(bytes, move || {
                     let rendered = render_foveated(&model, &camera, &gaze, &options)
                         .map_err(|e| RunError::Request(format!("--gaze: {e}")))?;
-                    Ok(Arc::new(rendered.into_frame(&camera, options.background)))
+                    let frame = rendered.into_frame(&camera, options.background);
+                    let frustum_bits = Some(inside_frustum(&model.base, &camera));
+                    Ok(Arc::new(Frame { frustum_bits, ..frame }))
                 })
             }
         })

@@ -159,6 +159,7 @@ fn count_pairs_8x8(scene: &Gaussians, camera: &Camera) -> [u64; 2] {
 /// Pairs of splats and tiles of `tile` pixels.
 fn pairs(frame: &Frame, tile: u32, test: Intersection) -> u64 {
     let chunk = Options::reference(Detail::Counters).chunk;
-    let geometry = Geometry { tile, subtile: tile, sort_group: tile, chunk, test };
+    let geometry =
+        Geometry { tile, subtile: tile, sort_group: tile, chunk, test, ..Geometry::REFERENCE };
     bin(frame, geometry).counters.tile_pairs
 }

@@ -44,7 +44,7 @@ use crate::stage::StageDecl;
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
-use crate::workload::{FrameWorkload, Geometry, bin};
+use crate::workload::{Cull, FrameWorkload, Geometry, bin};
 use powergs_base::budget::Budget;
 use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
@@ -373,18 +373,20 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
 
 /// The key of workloads of a geometry.
 pub fn work_key(geometry: Geometry) -> WorkKey {
-    let Geometry { tile, subtile, sort_group, chunk, test } = geometry;
-    WorkKey { flow: KEY, numbers: vec![tile, subtile, sort_group, chunk, test as u32] }
+    let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
+    WorkKey { flow: KEY, numbers: vec![tile, subtile, sort_group, chunk, test as u32, cull as u32] }
 }
 
 /// The geometry of a key.
 fn geometry(key: &WorkKey) -> Geometry {
-    let [tile, subtile, sort_group, chunk, test] = key.numbers[..] else {
-        panic!("a key of {KEY} has five numbers: {key}")
+    let [tile, subtile, sort_group, chunk, test, cull] = key.numbers[..] else {
+        panic!("a key of {KEY} has six numbers: {key}")
     };
+    let cull = if cull == Cull::Frustum as u32 { Cull::Frustum } else { Cull::Depth };
     let tests = [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse];
     let test = tests.into_iter().find(|known| *known as u32 == test);
-    Geometry { tile, subtile, sort_group, chunk, test: test.expect("a key of a geometry") }
+    let test = test.expect("a key of a geometry");
+    Geometry { tile, subtile, sort_group, chunk, test, cull }
 }
 
 impl Work for FrameWorkload {

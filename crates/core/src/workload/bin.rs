@@ -11,7 +11,7 @@ use super::fovea::TileFovea;
 use super::group::count_groups;
 use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
-use super::{ChunkWork, FrameWorkload, Geometry};
+use super::{ChunkWork, Cull, FrameWorkload, Geometry};
 use powergs_frame::splat::runs::{Runs, Touch};
 use powergs_frame::splat::{Counters, TileGrid};
 use powergs_frame::trace::Frame;
@@ -49,7 +49,7 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
         })
         .collect();
     let first_tile: Vec<u32> = first_tile.into_iter().map(AtomicU32::into_inner).collect();
-    let storage = Storage::new(frame, &runs.touches);
+    let storage = Storage::new(frame, &runs.touches, geometry.cull);
     parts.par_iter_mut().enumerate().for_each(|(ty, part)| {
         count_first_loads(part, ty as u32 * grid.nx, &first_tile, geometry.chunk);
         if fovea.is_some() {
@@ -59,6 +59,9 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     });
     let groups = count_groups(&runs, fovea.as_ref(), geometry, &mut parts);
     let mut counters = assemble_counters(frame, &runs, &parts);
+    if let (Cull::Frustum, Some(all)) = (geometry.cull, storage.prefix.last()) {
+        counters.survivors = all.survivors.into();
+    }
     counters.fetched_points = first_tile.iter().filter(|&&tile| tile != NOBODY).count() as u64;
     let fovea = fovea.map(|fovea| fovea.work(&runs.touches, &first_tile, &parts));
     FrameWorkload {

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::{STORAGE_BLOCK, STORAGE_RECORDS_MAX, StoragePrefix};
+use super::{Cull, STORAGE_BLOCK, STORAGE_RECORDS_MAX, StoragePrefix};
 use powergs_frame::splat::Splat;
 use powergs_frame::splat::runs::Touch;
 use powergs_frame::trace::Frame;
@@ -26,7 +26,7 @@ pub(crate) struct Storage {
 
 impl Storage {
     /// Finds where the splats of `frame` lie, given the tiles that each touches, by rank.
-    pub(crate) fn new(frame: &Frame, touches: &[Touch]) -> Storage {
+    pub(crate) fn new(frame: &Frame, touches: &[Touch], cull: Cull) -> Storage {
         if frame.facts.points > STORAGE_RECORDS_MAX {
             return Storage { slot: sort_slots(frame, touches), prefix: Vec::new() };
         }
@@ -45,7 +45,10 @@ impl Storage {
         for (own, bits) in prefix.iter_mut().zip(&with_tile) {
             own.splats = bits.count_ones();
         }
-        count_survivors(frame, &mut prefix);
+        match cull {
+            Cull::Depth => count_survivors(frame, &mut prefix),
+            Cull::Frustum => count_inside(frame, &mut prefix),
+        }
         accumulate(&mut prefix);
         let slot = |(splat, touch): (&Splat, &Touch)| {
             let (block, bit) = place(splat);
@@ -72,6 +75,26 @@ fn sort_slots(frame: &Frame, touches: &[Touch]) -> Vec<u32> {
 
 fn place(splat: &Splat) -> (usize, u32) {
     (splat.index as usize / STORAGE_BLOCK as usize, splat.index % Word::BITS)
+}
+
+/// Gaussians of each block that are inside the frustum, or shown: a margin that loses what is shown
+/// would make another picture. Where the trace does not say which are inside, those that it shows
+/// (A127).
+fn count_inside(frame: &Frame, blocks: &mut [StoragePrefix]) {
+    let mut inside: Vec<Word> = vec![0; blocks.len()];
+    let bits = frame.frustum_bits.as_deref().unwrap_or_default();
+    for (block, bytes) in inside.iter_mut().zip(bits.chunks(size_of::<Word>())) {
+        let mut word = [0; size_of::<Word>()];
+        word[..bytes.len()].copy_from_slice(bytes);
+        *block = Word::from_le_bytes(word);
+    }
+    for splat in &frame.splats {
+        let (block, bit) = place(splat);
+        inside[block] |= 1 << bit;
+    }
+    for (own, bits) in blocks.iter_mut().zip(inside) {
+        own.survivors = bits.count_ones();
+    }
 }
 
 /// Survivors of each block. Where the trace does not say which records survive, those that it shows

@@ -7,6 +7,8 @@ use fearless_simd::{Level, dispatch, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
 use super::simd::{exp, transpose};
+use rayon::prelude::*;
+
 use super::{NEAR, Splat, TILE_MAX, TileGrid, touch};
 use crate::scene::{Camera, Gaussians};
 
@@ -63,6 +65,26 @@ impl View {
     pub fn unclamped(camera: &Camera) -> View {
         View { floor: f32::NEG_INFINITY, ..View::new(camera) }
     }
+}
+
+/// One bit per Gaussian, least significant first: its centre is in front of the near plane, and no
+/// further outside of the picture than 0.15 of its width or height. That is the test of the frustum
+/// that 3DGS's published rasteriser has and does not use.
+pub fn inside_frustum(scene: &Gaussians, camera: &Camera) -> Vec<u8> {
+    let view = View::new(camera);
+    let [left, right, top, bottom] = view.limits;
+    let is_inside = |mean: &[f32; 3]| {
+        let along = |axis: usize| {
+            let r = view.rotation[axis];
+            r[0] * mean[0] + r[1] * mean[1] + r[2] * mean[2] + view.translation[axis]
+        };
+        let [x, y, z] = [along(0), along(1), along(2)];
+        z > NEAR && x >= left * z && x <= right * z && y >= top * z && y <= bottom * z
+    };
+    let byte = |means: &[[f32; 3]]| {
+        (0..).zip(means).map(|(bit, mean)| u8::from(is_inside(mean)) << bit).sum()
+    };
+    scene.means.par_chunks(8).map(byte).collect()
 }
 
 /// Opacities of raw ones, with the bits of [`project_block`].

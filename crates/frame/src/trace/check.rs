@@ -33,6 +33,7 @@ impl Frame {
         check_stops(Id::StopRank, &self.pixels.stop_rank, ranks)?;
         self.check_blended(ranks)?;
         self.check_survivors()?;
+        self.check_frustum()?;
         if let Some(fovea) = &self.fovea {
             fovea.check(ranks, pixels)?;
         }
@@ -48,20 +49,30 @@ impl Frame {
         fault(Id::Blended, i, value, "is more than the splats up to the stop")
     }
 
-    fn check_survivors(&self) -> Result<(), FrameFault> {
-        let Some(bits) = &self.survivor_bits else { return Ok(()) };
-        same_length(Id::SurvivorBits, bits.len(), self.facts.points.div_ceil(8))?;
-        let count: u64 = bits.iter().map(|b| u64::from(b.count_ones())).sum();
+    /// Bits of points are as many as there are points.
+    fn check_bits(&self, id: Id, bits: &[u8]) -> Result<(), FrameFault> {
+        same_length(id, bits.len(), self.facts.points.div_ceil(8))?;
         let spare = self.facts.points % 8;
         let last = bits.last().copied().unwrap_or(0);
-        if spare != 0 && last >> spare != 0 {
-            return fault(
-                Id::SurvivorBits,
-                bits.len() - 1,
-                last.into(),
-                "has bits beyond the scene",
-            );
+        match spare != 0 && last >> spare != 0 {
+            true => fault(id, bits.len() - 1, last.into(), "has bits beyond the scene"),
+            false => Ok(()),
         }
+    }
+
+    fn check_frustum(&self) -> Result<(), FrameFault> {
+        let Some(bits) = &self.frustum_bits else { return Ok(()) };
+        self.check_bits(Id::FrustumBits, bits)?;
+        let Some(survivors) = &self.survivor_bits else { return Ok(()) };
+        let is_behind = |(inside, survives): (&u8, &u8)| inside & !survives != 0;
+        let Some(i) = bits.iter().zip(survivors).position(is_behind) else { return Ok(()) };
+        fault(Id::FrustumBits, i, bits[i].into(), "is inside the frustum but behind the near plane")
+    }
+
+    fn check_survivors(&self) -> Result<(), FrameFault> {
+        let Some(bits) = &self.survivor_bits else { return Ok(()) };
+        self.check_bits(Id::SurvivorBits, bits)?;
+        let count: u64 = bits.iter().map(|b| u64::from(b.count_ones())).sum();
         if count != self.facts.survivors {
             return facts("the survivor bits do not add up to the survivors");
         }

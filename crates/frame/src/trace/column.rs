@@ -26,7 +26,7 @@ pub enum ColumnGroup {
     Splat,
     /// Per pixel.
     Pixel,
-    /// Neither: survivor bits, preview.
+    /// Neither: bits of points, preview.
     Other,
 }
 
@@ -98,6 +98,7 @@ columns! {
     Blended2     b"FBL2" "blended_2"     Pixel PixelWord FoldedDeltaPlanes Foveated;
     Screen       b"FSCR" "screen"        Other Content   Plain             OptionalFoveated;
     SurvivorBits b"surv" "survivor_bits" Other PointBit  Plain             Optional;
+    FrustumBits  b"frus" "frustum_bits"  Other PointBit  Plain             Optional;
     Preview      b"prev" "preview"       Other Content   RgbDelta             Optional;
 }
 

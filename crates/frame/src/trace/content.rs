@@ -43,6 +43,7 @@ pub(super) fn content(frame: &Frame, id: Id) -> Option<Content> {
             Content::Bytes(numbers.concat())
         }),
         Id::SurvivorBits => frame.survivor_bits.clone().map(Content::Bytes),
+        Id::FrustumBits => frame.frustum_bits.clone().map(Content::Bytes),
         Id::Preview => frame.preview.as_ref().map(|p| {
             let sizes = [p.width.to_le_bytes(), p.height.to_le_bytes()];
             Content::Bytes([sizes.as_flattened(), &p.rgb].concat())
@@ -123,6 +124,7 @@ pub(super) fn assemble(
         blended_2: contents.words(Id::Blended2),
     });
     let survivor_bits = contents.bytes(Id::SurvivorBits);
+    let frustum_bits = contents.bytes(Id::FrustumBits);
     let preview = match contents.bytes(Id::Preview) {
         Some(bytes) => {
             let short = "the preview is shorter than its own header";
@@ -130,7 +132,8 @@ pub(super) fn assemble(
         }
         None => None,
     };
-    Ok(Frame { facts: head.facts.clone(), splats, survivor_bits, pixels, fovea, preview })
+    let facts = head.facts.clone();
+    Ok(Frame { facts, splats, survivor_bits, frustum_bits, pixels, fovea, preview })
 }
 
 /// Decoded columns by [`Id`]; taken once each.

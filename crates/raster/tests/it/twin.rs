@@ -3,9 +3,10 @@
 
 use fearless_simd::Level;
 use powergs_frame::splat::Intersection;
-use powergs_frame::splat::project::colours;
-use powergs_frame::trace::NEVER;
+use powergs_frame::splat::project::{colours, inside_frustum};
+use powergs_frame::trace::{Frame, NEVER};
 use powergs_raster::{Canvas, Detail, Options, render};
+use powergs_scene::Camera;
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 use super::naive;
@@ -66,6 +67,28 @@ fn survivors_are_those_beyond_the_near_plane() {
             assert_eq!(bit == 1, depth > 0.2, "Gaussian {i} at {depth}");
         }
     }
+}
+
+#[test]
+fn the_frustum_ends_outside_of_the_picture() {
+    let scene = random_scene(3, 999, 0);
+    let camera = Camera { cx: 20.0, ..front_camera(64, 48) };
+    let frame = Canvas::default().frame(&scene, &camera, &Options::reference(Detail::Counters));
+    let bits = frame.frustum_bits.expect("rendered frames know it");
+    let mut inside = 0;
+    for i in 0..scene.len() {
+        let (depth, mean, ..) = naive::project(&scene, &camera, i);
+        // How far the nearest limit is: of the near plane, in front of it of the picture.
+        let beyond = |at: f64, size: f64| (-0.15 * size - at).max(at - 1.15 * size);
+        let [x, y] = mean.map(|at| at + 0.5);
+        let outside = beyond(x, 64.0).max(beyond(y, 48.0));
+        if (depth - 0.2).abs() > 1e-5 && outside.abs() > 1e-3 {
+            let bit = bits[i / 8] >> (i % 8) & 1;
+            assert_eq!(bit == 1, depth > 0.2 && outside < 0.0, "Gaussian {i} at {x} {y} {depth}");
+            inside += u32::from(bit);
+        }
+    }
+    assert!((50..950).contains(&inside), "{inside}");
 }
 
 /// Compares every pixel with the twin. Decisions at a threshold may fall the other way where the
@@ -237,6 +260,8 @@ fn frames_before_do_not_matter() {
         if i % 4 == 1 {
             let counted = Options::reference(Detail::Counters);
             let frame = render(scene, camera, &counted).into_frame(camera, [0.0; 3]);
+            let frustum_bits = Some(inside_frustum(scene, camera));
+            let frame = Frame { frustum_bits, ..frame };
             assert!(canvas.frame(scene, camera, &counted) == frame, "frame {i}");
         }
     }

@@ -26,7 +26,7 @@ fn list(keys: u16) -> Vec<u16> {
 fn a_pass_takes_the_cycles_of_the_hardware() {
     let units = units();
     for keys in [257, 300, 1000, 5000] {
-        let work = Keys { held: keys, sorted: keys, passes: 1, before: 0 };
+        let work = Keys { held: keys, sorted: keys, passes: 1, ..Keys::default() };
         let hardware = qsu(&[list(keys as u16)]).cycles().expect("they are known");
         assert_eq!(units.qsu.cycles(&work), u64::from(hardware), "{keys} keys");
     }

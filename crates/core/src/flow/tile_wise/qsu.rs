@@ -12,9 +12,9 @@
 //! written to DRAM and read back in every pass; a pass ends when both its keys and its spill are
 //! done (A24).
 //!
-//! **Merging** (`gsu.impl = "merge"`; A126). First the BSUs sort every chunk of a list, one after the
-//! other, whatever rendering will need of it; then `ceil(log_fan-in(chunks))` passes merge `fan-in`
-//! parts at a time. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles and spills as
+//! **Merging** (`gsu.impl = "merge"`; A126). First the BSUs sort every chunk of a list, one after
+//! the other, whatever rendering will need of it; then `ceil(log_fan-in(chunks))` passes merge
+//! `fan-in` parts at a time. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles and spills as
 //! above; so does the pass of the BSUs where a merge follows. Chunks are in order then and are
 //! sorted no more.
 //!
@@ -48,9 +48,11 @@ pub const QSU: StageDecl = StageDecl {
         reads("spill-in", "the same on their way back", &["spill-out"], ["lists", "records"]),
     ],
     parts: &[
-        part("pivots", "Pivots, or heads of other parts: a key is compared with all of them.", |m| {
-            f64::from(m.of_type::<GsuSpec>().comparisons())
-        }),
+        part(
+            "pivots",
+            "Pivots, or heads of other parts: a key is compared with all of them.",
+            |m| f64::from(m.of_type::<GsuSpec>().comparisons()),
+        ),
         part("comparators", "Comparators: pivots x keys a cycle.", |m| {
             f64::from(m.of_type::<GsuSpec>().comparisons())
                 * f64::from(m.of_type::<GsuSpec>().keys_per_cycle)

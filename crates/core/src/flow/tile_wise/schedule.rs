@@ -6,11 +6,11 @@
 
 use std::ops::Range;
 
-use crate::flow::tile_wise::{Assignment, GsuImpl};
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::qsu::Keys;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
+use crate::flow::tile_wise::{Assignment, GsuImpl};
 use crate::machine::Machine;
 use crate::workload::order::tiles as tile_order;
 use crate::workload::{FrameWorkload, TileWork};

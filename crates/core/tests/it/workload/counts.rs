@@ -46,7 +46,14 @@ fn totals_close() {
     let (_, frame) = rendered(&scene, &camera);
     for tile in [8, 16, 32, 64] {
         for test in [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse] {
-            let geometry = Geometry { tile, subtile: 8, sort_group: tile, chunk: 64, test };
+            let geometry = Geometry {
+                tile,
+                subtile: 8,
+                sort_group: tile,
+                chunk: 64,
+                test,
+                ..Geometry::REFERENCE
+            };
             let w = bin(&frame, geometry);
             let pairs: u64 = w.tiles.iter().map(|t| u64::from(t.entries)).sum();
             assert_eq!(pairs, w.counters.tile_pairs);

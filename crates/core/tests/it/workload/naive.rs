@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use powergs_core::workload::{
-    ChunkWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix, bin,
+    ChunkWork, Cull, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix,
+    bin,
 };
 use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER};
@@ -197,6 +198,33 @@ fn storage_order_equals_a_naive_count() {
             let slots = w.list_of(tile).iter().map(|&rank| w.slot[rank as usize]);
             assert_eq!(tile.complete_after, slots.max().map_or(0, |slot| slot + 1));
         }
+    }
+}
+
+/// What is inside the frustum, or shown, is projected; of a trace that does not say it, what is
+/// shown.
+#[test]
+fn the_frustum_is_what_is_inside_or_shown() {
+    let mut frame = small_frame(31);
+    let geometry = Geometry { cull: Cull::Frustum, ..Geometry::REFERENCE };
+    let survivors = frame.survivor_bits.clone().unwrap();
+    let bits: Vec<u8> = survivors.iter().map(|byte| byte & 0x35).collect();
+    let shown = |bits: Option<&[u8]>| {
+        let mut all = bits.map_or_else(|| vec![0; survivors.len()], <[u8]>::to_vec);
+        frame.splats.iter().for_each(|s| all[s.index as usize / 8] |= 1 << (s.index % 8));
+        all
+    };
+    let (with, without) = (shown(Some(&bits)), shown(None));
+    assert!(with != bits && with != without && with != survivors, "each says something else");
+    for (said, expected) in [(Some(bits), with), (None, without)] {
+        frame.frustum_bits = said;
+        let w = bin(&frame, geometry);
+        assert_eq!(w.storage, storage(&frame, &w, &expected));
+        let count: u64 = expected.iter().map(|byte| u64::from(byte.count_ones())).sum();
+        assert_eq!(w.counters.survivors, count);
+        let depth = bin(&frame, Geometry::REFERENCE);
+        assert_eq!(depth.counters.survivors, frame.facts.survivors);
+        assert_eq!((w.list, w.slot), (depth.list, depth.slot), "the picture is the same");
     }
 }
 

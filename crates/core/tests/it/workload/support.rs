@@ -59,5 +59,5 @@ const fn geometry(
     chunk: u32,
     test: Intersection,
 ) -> Geometry {
-    Geometry { tile, subtile, sort_group, chunk, test }
+    Geometry { tile, subtile, sort_group, chunk, test, ..Geometry::REFERENCE }
 }

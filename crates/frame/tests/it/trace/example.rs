@@ -37,6 +37,7 @@ fn example() -> Vec<u8> {
             opacity: 0.5,
         }],
         survivor_bits: None,
+        frustum_bits: None,
         pixels: PixelColumns { stop_rank: vec![u32::MAX], blended: vec![1] },
         fovea: None,
         preview: None,

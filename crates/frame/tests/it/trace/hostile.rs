@@ -293,7 +293,7 @@ fn contradictory_columns() {
     check(b"SDEP", &block(b"SIDX", 0, 0, 36, &[0; 36]), "`index` appears twice");
     check(b"SDEP", &block(b"sdep", 0, 0, 36, &[0; 36]), "`depth` is missing");
     check(b"SDEP", &block(b"XDEP", 0, 0, 36, &[0; 36]), "block `XDEP` is not known");
-    check(b"SDEP", &[], "column blocks where 16 were promised");
+    check(b"SDEP", &[], "column blocks where 17 were promised");
     check(b"SDEP", &block(b"SDEP", 0, 0, 36, &[255; 36]), "NaN is not positive");
     check(b"SDEP", &block(b"SDEP", 0, 0, 36, &[0; 36]), "0 is not positive");
     // Splats need no column of their own where none is left out: an optional one may go.

@@ -70,6 +70,13 @@ fn columns() {
     check(too_many, "`blended`, entry 2: 5 is more than the splats up to the stop");
     check(|f| f.survivor_bits.as_mut().unwrap()[2] |= 0x80, "bits beyond the scene");
     check(|f| f.survivor_bits.as_mut().unwrap().push(0), "`survivor_bits` has 4 entries");
+    check(|f| f.frustum_bits.as_mut().unwrap().push(0), "`frustum_bits` has 4 entries");
+    check(|f| f.frustum_bits.as_mut().unwrap()[2] |= 0x80, "bits beyond the scene");
+    let behind = |f: &mut Frame| {
+        let survivors = f.survivor_bits.clone().unwrap();
+        f.frustum_bits = Some(survivors.iter().map(|byte| !byte & 0x1F).collect());
+    };
+    check(behind, "inside the frustum but behind the near plane");
     let culled = |f: &mut Frame| {
         let (gone, bits) = (f.splats[2].index, f.survivor_bits.as_mut().unwrap());
         let spare = (0..21u32).find(|i| bits[*i as usize / 8] >> (i % 8) & 1 == 0).unwrap();

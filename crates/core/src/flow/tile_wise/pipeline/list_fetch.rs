@@ -125,7 +125,11 @@ impl ListFetch {
                     }
                     held.keys.passes
                 }
-                Waiting::Partitioning(pass) | Waiting::Chunks(pass) if pass.is_done(now, shared) => pass.left,
+                Waiting::Partitioning(pass) | Waiting::Chunks(pass)
+                    if pass.is_done(now, shared) =>
+                {
+                    pass.left
+                }
                 Waiting::ListIncomplete
                 | Waiting::BufferFull
                 | Waiting::Reading(_)

@@ -23,8 +23,16 @@ enum Step {
     WantsRoom,
     Reads(Ticket),
     /// A sort of all chunks, by its number.
-    Chunks { sort: usize, spill: Option<Ticket> },
-    Passes { left: u32, cycles: u64, bank: u64, spill: Option<Ticket> },
+    Chunks {
+        sort: usize,
+        spill: Option<Ticket>,
+    },
+    Passes {
+        left: u32,
+        cycles: u64,
+        bank: u64,
+        spill: Option<Ticket>,
+    },
     Ready,
 }
 
