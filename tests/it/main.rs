@@ -17,6 +17,7 @@ mod geometry;
 mod headset;
 mod lpips;
 mod optimize;
+mod order;
 mod own_flow;
 mod pareto;
 mod photos;

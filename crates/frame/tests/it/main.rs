@@ -2,5 +2,6 @@
 
 mod display;
 mod fovea;
+mod order;
 mod runs;
 mod trace;

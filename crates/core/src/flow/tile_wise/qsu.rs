@@ -14,9 +14,9 @@
 //!
 //! **Merging** (`gsu.impl = "merge"`; A126). First the BSUs sort every chunk of a list, one after
 //! the other, whatever rendering will need of it; then `ceil(log_fan-in(chunks))` passes merge
-//! `fan-in` parts at a time. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles and spills as
-//! above; so does the pass of the BSUs where a merge follows. Chunks are in order then and are
-//! sorted no more.
+//! `fan-in` parts at a time. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles and
+//! spills as above; so does the pass of the BSUs where a merge follows. Chunks are in order then
+//! and are sorted no more.
 //!
 //! Source: `gscore` (seven pivots, lists of more than 256 entries), `nerarch-sim` (one key a
 //! cycle, 64 cycles), `powergs` for the number of passes.
