@@ -43,17 +43,19 @@ def test_two_scenes_from_file_to_report(preset, run, tmp_path) -> None:
     cameras.save(tmp_path / "cameras.json")
     scene = powergs.Scene.open(tmp_path / "scene.ply")
     views = powergs.Cameras.open(tmp_path / "cameras.json").select(every=50, size=(160, 120))
-    ours = scene.extract(views, path=tmp_path / "scene.bin", progress=True)
+    order = {"demo": "hilbert", "lego": "storage"}[preset]
+    ours = scene.extract(views, path=tmp_path / "scene.bin", progress=True, order=order)
     its = tmp_path / "its" / "scene.bin"
     its.parent.mkdir()
     run(
         *("extract", tmp_path / "scene.ply", "--cameras", tmp_path / "cameras.json"),
         *("--every", 50, "--size", "160x120", "-o", its, "--quiet"),
+        *("--order", order),
     )
     assert (tmp_path / "scene.bin").read_bytes() == its.read_bytes()
     printed = run("replay", its, "--json", "--what-if", 0, "--out", tmp_path / "report")
     assert ours.replay("gscore").to_json() == printed
-    memory = scene.extract(views).replay("gscore")
+    memory = scene.extract(views, order=order).replay("gscore")
     for name in ["frame_time_ms", "energy_pj.total", "display_power_w", "frame_cycles"]:
         assert memory.frames[name] == ours.replay("gscore").frames[name]
 
@@ -217,6 +219,8 @@ def test_scenes_and_views_out_of_range(made, tmp_path) -> None:
         scene.render(cameras[0], size=(9000, 9000))
     with pytest.raises(powergs.ConfigError, match="memory"):
         scene.extract(cameras, memory="1 kB")
+    with pytest.raises(powergs.ConfigError, match="storage, morton, hilbert, opacity"):
+        scene.extract(cameras, order="random")
     for orbit in [{"views": 0}, {"views": 1 << 40}, {"fov": 180.0}, {"elevation": float("nan")}]:
         with pytest.raises(powergs.ConfigError):
             powergs.Cameras.orbit(scene, **{"views": 2, **orbit})
