@@ -12,13 +12,13 @@ use serde_json::Value;
 /// A clock at which small views take as long as large ones do.
 const SLOW: &str = "clock=20 MHz";
 
-fn program(folder: &Path, arguments: &[&str]) -> Command {
+pub fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
     program.current_dir(folder).args(arguments);
     program
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
+pub fn json(folder: &Path, arguments: &[&str]) -> Value {
     let output = program(folder, arguments).assert().code(0);
     serde_json::from_slice(&output.get_output().stdout).expect("JSON")
 }

@@ -1,21 +1,9 @@
 //! Models that are sorted when they are loaded: `extract --order`, `scene convert --order`.
 
-use std::path::Path;
-
-use assert_cmd::Command;
 use predicates::str::contains;
 use serde_json::Value;
 
-fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
-    program.current_dir(folder).args(arguments);
-    program
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = program(folder, arguments).assert().code(0);
-    serde_json::from_slice(&output.get_output().stdout).expect("JSON")
-}
+use super::headset::{json, program};
 
 #[test]
 fn traces_say_their_order_and_a_sorted_model_has_the_same_one() {

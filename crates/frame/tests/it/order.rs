@@ -1,7 +1,11 @@
 //! Orders in which Gaussians lie in memory.
 
+use std::io::Cursor;
+
 use powergs_frame::scene::{Gaussians, StorageOrder};
+use powergs_frame::trace::{Reader, TraceHeader, Writer};
 use powergs_testkit::scenes::random_scene;
+use powergs_testkit::traces::header;
 
 /// Gaussians at the corners of a cube of `side` cells, mixed up.
 fn grid(side: usize) -> Gaussians {
@@ -75,4 +79,13 @@ fn few_and_equal_gaussians_have_orders() {
     }
     assert_eq!(StorageOrder::from_name("random"), None);
     assert_eq!(StorageOrder::Storage.of(&grid(2)), None);
+}
+
+#[test]
+fn traces_keep_the_order() {
+    for order in StorageOrder::ALL {
+        let header = TraceHeader { order, ..header(3) };
+        let bytes = Writer::new(Vec::new(), &header).unwrap().finish().unwrap();
+        assert_eq!(*Reader::open(Cursor::new(bytes)).unwrap().header(), header);
+    }
 }
