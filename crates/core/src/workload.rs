@@ -15,9 +15,9 @@ mod tile;
 
 use powergs_frame::fovea::ScreenGaze;
 use powergs_frame::scene::ShDegree;
-use powergs_frame::splat::{Counters, FoveaCounters, Intersection};
+use powergs_frame::splat::{Counters, FoveaCounters, Intersection, Splat};
 
-pub use bin::bin;
+pub use bin::{bin, bin_for};
 
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
@@ -110,6 +110,36 @@ impl Geometry {
     pub(crate) fn bitmap_bytes(&self) -> usize {
         self.subtiles().div_ceil(8) as usize
     }
+}
+
+/// What machines need of a frame besides its lists.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Detail {
+    /// Splats and pixels one by one ([`FrameWorkload::pixels`]).
+    pub pixels: bool,
+    /// Nothing stops: every pixel of a tile goes through all of its list.
+    pub whole: bool,
+}
+
+impl Detail {
+    /// All bits as a number, 0 for none.
+    pub(crate) fn number(self) -> u32 {
+        u32::from(self.pixels) | u32::from(self.whole) << 1
+    }
+
+    /// The inverse.
+    pub(crate) fn of_number(number: u32) -> Detail {
+        Detail { pixels: number & 1 != 0, whole: number & 2 != 0 }
+    }
+}
+
+/// Splats and pixels of a frame one by one, for units that do not work on whole sub-tiles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pixels {
+    /// Every splat, by rank.
+    pub splats: Vec<Splat>,
+    /// List position from which on each pixel needs nothing, row-major.
+    pub iterated: Vec<u32>,
 }
 
 /// One chunk of one tile's list, in depth order.
@@ -275,6 +305,10 @@ pub struct FrameWorkload {
     pub storage: Vec<StoragePrefix>,
     /// Results of foveated frames.
     pub fovea: Option<FoveaWork>,
+    /// What it was binned for.
+    pub detail: Detail,
+    /// With [`Detail::pixels`].
+    pub pixels: Option<Pixels>,
 }
 
 impl FrameWorkload {
@@ -314,6 +348,13 @@ impl FrameWorkload {
         (0..rows).flat_map(move |y| (0..columns).map(move |x| (y * side + x) as usize))
     }
 
+    /// The pixels of the tile at this index inside the image, `(x0, y0, x1, y1)`, half open.
+    pub fn pixels_of(&self, tile: usize) -> (u32, u32, u32, u32) {
+        let (tile, side) = (tile as u32, self.geometry.tile);
+        let (x, y) = (tile % self.tiles_x * side, tile / self.tiles_x * side);
+        (x, y, (x + side).min(self.width), (y + side).min(self.height))
+    }
+
     /// Bytes of the workload in host memory.
     pub(crate) fn bytes(&self) -> usize {
         fn of<T>(list: &[T]) -> usize {
@@ -330,6 +371,7 @@ impl FrameWorkload {
             + of(&self.slot)
             + of(&self.storage)
             + self.fovea.as_ref().map_or(0, |fovea| of(&fovea.regions))
+            + self.pixels.as_ref().map_or(0, |p| of(&p.splats) + of(&p.iterated))
     }
 
     /// A workload without tiles and splats.
@@ -354,6 +396,8 @@ impl FrameWorkload {
             slot: Vec::new(),
             storage: Vec::new(),
             fovea: None,
+            detail: Detail::default(),
+            pixels: None,
         }
     }
 }

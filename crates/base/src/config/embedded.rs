@@ -63,6 +63,8 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "neo-7nm",
     "paper",
     "resident-16nm",
+    "flicker-28nm",
+    "gbu-28nm",
     "resident-28nm"
 );
 

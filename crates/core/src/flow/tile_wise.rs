@@ -11,6 +11,7 @@ pub mod cache;
 pub mod ccu;
 mod check;
 pub mod colour;
+pub mod lanes;
 pub mod layout;
 pub mod lists;
 pub mod measures;
@@ -44,7 +45,7 @@ use crate::stage::StageDecl;
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
-use crate::workload::{Cull, FrameWorkload, Geometry, bin};
+use crate::workload::{Cull, Detail, FrameWorkload, Geometry, bin_for};
 use powergs_base::budget::Budget;
 use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
@@ -66,11 +67,12 @@ use vru::{ALPHA, STOPPED_PIXEL};
 const KEY: &str = "tile-wise";
 
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 8] = [
+pub const STAGES: [&StageDecl; 9] = [
     &ccu::CCU,
     &qsu::QSU,
     &bsu::BSU,
     &vru::VRU,
+    &vru::FRONTS,
     &cache::CACHE,
     &lists::LISTS,
     &colour::CODEBOOK,
@@ -153,15 +155,17 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn work_key(&self, machine: &Machine) -> WorkKey {
-        work_key(machine.tiles().geometry)
+        work_key(machine.tiles().geometry, machine.tiles().detail())
     }
 
     fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
-        demand(frame, geometry(key), budget)
+        let (geometry, detail) = of_key(key);
+        demand(frame, geometry, detail, budget)
     }
 
     fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
-        Box::new(bin(frame, geometry(key)))
+        let (geometry, detail) = of_key(key);
+        Box::new(bin_for(frame, geometry, detail))
     }
 
     fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
@@ -243,6 +247,8 @@ pub struct FrameReplay {
     pub served: Traffic,
     /// DRAM bytes read that nobody wrote (`record.feature-source = "nobody"`).
     pub unwritten: u64,
+    /// α evaluations of pixels that have not stopped, of the entries that units look at there.
+    pub live_evaluations: u64,
     /// The regions of a foveated frame.
     pub regions: Option<[RegionWork; LEVELS]>,
     /// How a unit rule from outside of the crate broke its contract. The rest then means nothing;
@@ -274,6 +280,7 @@ pub fn replay_with(
         machine.tiles().geometry,
         "a workload runs on machines of its geometry"
     );
+    assert_eq!(workload.detail, machine.tiles().detail(), "and of what else they need");
     let mut units = ResolvedUnits::for_frame(machine, workload);
     let lists = machine.tiles().list_shape();
     let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
@@ -291,7 +298,14 @@ pub fn replay_with(
     let mut check = outcome.rule_check;
     let mut actions = traffic::actions(workload, &units, &plan, &context, &mut check);
     actions.add(&outcome.speculation);
+    let live = match (&units.vru.discipline, context.runs) {
+        (Some(discipline), Some(runs)) if discipline.counts_pixels() => {
+            runs.iter().filter_map(|run| run.reach).map(|reach| reach.live).sum()
+        }
+        _ => workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations)).sum(),
+    };
     FrameReplay {
+        live_evaluations: live,
         timing: outcome.timing,
         actions,
         speculation: outcome.speculation,
@@ -343,11 +357,10 @@ fn run(
             ListOrder::Sorted(*order)
         }),
     };
-    let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
     Ok(FlowOutcome {
         timing: replay.timing,
         executed_evaluations: replay.actions.total(ALPHA) + replay.actions.total(STOPPED_PIXEL),
-        live_evaluations: live.sum(),
+        live_evaluations: replay.live_evaluations,
         actions: replay.actions,
         served: replay.served,
         unwritten_bytes: replay.unwritten,
@@ -372,26 +385,29 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
 }
 
 /// The key of workloads of a geometry.
-pub fn work_key(geometry: Geometry) -> WorkKey {
+pub fn work_key(geometry: Geometry, detail: Detail) -> WorkKey {
     let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
-    WorkKey { flow: KEY, numbers: vec![tile, subtile, sort_group, chunk, test as u32, cull as u32] }
+    let mut numbers = vec![tile, subtile, sort_group, chunk, test as u32, cull as u32];
+    numbers.extend(Some(detail.number()).filter(|&number| number > 0));
+    WorkKey { flow: KEY, numbers }
 }
 
-/// The geometry of a key.
-fn geometry(key: &WorkKey) -> Geometry {
-    let [tile, subtile, sort_group, chunk, test, cull] = key.numbers[..] else {
+/// Geometry and detail of a key.
+fn of_key(key: &WorkKey) -> (Geometry, Detail) {
+    let [tile, subtile, sort_group, chunk, test, cull, ref rest @ ..] = key.numbers[..] else {
         panic!("a key of {KEY} has six numbers: {key}")
     };
+    let detail = Detail::of_number(rest.first().copied().unwrap_or(0));
     let cull = if cull == Cull::Frustum as u32 { Cull::Frustum } else { Cull::Depth };
     let tests = [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse];
     let test = tests.into_iter().find(|known| *known as u32 == test);
     let test = test.expect("a key of a geometry");
-    Geometry { tile, subtile, sort_group, chunk, test, cull }
+    (Geometry { tile, subtile, sort_group, chunk, test, cull }, detail)
 }
 
 impl Work for FrameWorkload {
     fn key(&self) -> WorkKey {
-        work_key(self.geometry)
+        work_key(self.geometry, self.detail)
     }
 
     fn counters(&self) -> &Counters {

@@ -11,7 +11,7 @@ use super::fovea::TileFovea;
 use super::group::count_groups;
 use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
-use super::{ChunkWork, Cull, FrameWorkload, Geometry};
+use super::{ChunkWork, Cull, Detail, FrameWorkload, Geometry, Pixels};
 use powergs_frame::splat::runs::{Runs, Touch};
 use powergs_frame::splat::{Counters, TileGrid};
 use powergs_frame::trace::Frame;
@@ -23,6 +23,11 @@ pub(super) const NOBODY: u32 = u32::MAX;
 /// at another one the stop ranks are still those of the reference tiling, and the difference is
 /// what its intersection test leaves out.
 pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
+    bin_for(frame, geometry, Detail::default())
+}
+
+/// As [`bin`], with what some machines need besides.
+pub fn bin_for(frame: &Frame, geometry: Geometry, detail: Detail) -> FrameWorkload {
     let camera = &frame.facts.camera;
     let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
     let fovea = frame.fovea.as_ref().map(|fovea| TileFovea::new(fovea, grid));
@@ -38,7 +43,7 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     let mut parts: Vec<RowPart> = (0..grid.ny)
         .into_par_iter()
         .map(|ty| {
-            let part = bin_row(frame, &runs, fovea.as_ref(), geometry, ty);
+            let part = bin_row(frame, &runs, fovea.as_ref(), (geometry, detail), ty);
             for (i, tile) in part.tiles.iter().enumerate() {
                 let index = ty * grid.nx + i as u32;
                 for &rank in &part.list[tile.list_start as usize..][..tile.loaded as usize] {
@@ -57,6 +62,13 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
         }
         find_completion(part, &storage.slot);
     });
+    let pixels = detail.pixels.then(|| {
+        let mut iterated = Vec::with_capacity(grid.width as usize * grid.height as usize);
+        for part in &mut parts {
+            iterated.append(&mut part.iterated);
+        }
+        Pixels { splats: frame.splats.clone(), iterated }
+    });
     let groups = count_groups(&runs, fovea.as_ref(), geometry, &mut parts);
     let mut counters = assemble_counters(frame, &runs, &parts);
     if let (Cull::Frustum, Some(all)) = (geometry.cull, storage.prefix.last()) {
@@ -73,6 +85,8 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
         depth: frame.splats.par_iter().map(|s| s.depth).collect(),
         slot: storage.slot,
         storage: storage.prefix,
+        detail,
+        pixels,
         ..assemble(geometry, grid, parts)
     }
 }

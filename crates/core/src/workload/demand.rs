@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{ChunkWork, Geometry, TileWork};
+use super::{ChunkWork, Detail, Geometry, TileWork};
 use powergs_base::budget::{Budget, OverBudget};
 use powergs_frame::splat::runs::{Run, Touch};
 use powergs_frame::splat::{Cover, Splat, TileGrid};
@@ -31,7 +31,12 @@ pub enum Unbinnable {
 ///
 /// # Errors
 /// [`Unbinnable`]: more than `budget`, or more pairs than a frame can have.
-pub fn demand(frame: &Frame, geometry: Geometry, budget: Budget) -> Result<u64, Unbinnable> {
+pub fn demand(
+    frame: &Frame,
+    geometry: Geometry,
+    detail: Detail,
+    budget: Budget,
+) -> Result<u64, Unbinnable> {
     let camera = &frame.facts.camera;
     let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
     // Bounding squares are quickly counted, and mostly few enough.
@@ -40,7 +45,11 @@ pub fn demand(frame: &Frame, geometry: Geometry, budget: Budget) -> Result<u64, 
         [rect.area(), u64::from(rect.y1 - rect.y0)]
     });
     let (most, rows) = (squares[0], squares[1]);
-    let bytes = bytes(frame, geometry, grid, most, rows);
+    let kept = match detail.pixels {
+        true => size_of_val(&*frame.splats) + size_of_val(&*frame.pixels.stop_rank),
+        false => 0,
+    } as u64;
+    let bytes = bytes(frame, geometry, grid, most, rows) + kept;
     if budget.check(bytes).is_ok() && most <= u64::from(u32::MAX) {
         return Ok(bytes);
     }
@@ -49,7 +58,7 @@ pub fn demand(frame: &Frame, geometry: Geometry, budget: Budget) -> Result<u64, 
         let rows = (cover.rect.y0..cover.rect.y1).filter_map(|y| cover.row(y));
         rows.fold([0, 0], |[n, rows], row| [n + u64::from(row.x1 - row.x0), rows + 1])
     });
-    let bytes = self::bytes(frame, geometry, grid, pairs, rows);
+    let bytes = self::bytes(frame, geometry, grid, pairs, rows) + kept;
     budget.check(bytes).map_err(|over| Unbinnable::Memory { pairs, over })?;
     if pairs > u64::from(u32::MAX) { Err(Unbinnable::Pairs(pairs)) } else { Ok(bytes) }
 }

@@ -2,9 +2,9 @@
 
 use super::chunk::{ChunkScratch, TilePixels, push_chunks};
 use super::fovea::TileFovea;
-use super::{ChunkWork, Geometry, TileWork};
+use super::{ChunkWork, Detail, Geometry, TileWork};
 use powergs_frame::splat::runs::Runs;
-use powergs_frame::splat::{Cover, TileGrid};
+use powergs_frame::splat::{Cover, Ellipse, TileGrid};
 use powergs_frame::trace::{Frame, NEVER};
 
 /// A binned row of tiles; positions are relative to the row.
@@ -20,6 +20,19 @@ pub(crate) struct RowPart {
     pub bitmaps: Vec<u8>,
     /// Where sub-tiles stop, tile by tile.
     pub stops: Vec<[u32; 4]>,
+    /// Where pixels stop, row by row; empty where nobody asks.
+    pub iterated: Vec<u32>,
+}
+
+impl RowPart {
+    /// Keeps where the pixels `x0..x1` of all rows of a tile stop.
+    fn keep(&mut self, width: u32, (x0, y0, x1, y1): (u32, u32, u32, u32), stops: &[u32]) {
+        self.iterated.resize(width as usize * (y1 - y0) as usize, 0);
+        let rows = self.iterated.chunks_exact_mut(width as usize);
+        for (row, stops) in rows.zip(stops.chunks_exact((x1 - x0) as usize)) {
+            row[x0 as usize..x1 as usize].copy_from_slice(stops);
+        }
+    }
 }
 
 /// Bins row `ty`.
@@ -27,7 +40,7 @@ pub(crate) fn bin_row(
     frame: &Frame,
     runs: &Runs,
     fovea: Option<&TileFovea<'_>>,
-    geometry: Geometry,
+    (geometry, detail): (Geometry, Detail),
     ty: u32,
 ) -> RowPart {
     let (starts, list, bitmaps) = build_lists(frame, runs, fovea, geometry, ty);
@@ -40,6 +53,7 @@ pub(crate) fn bin_row(
         let tile = Tile {
             frame,
             geometry,
+            whole: detail.whole,
             fovea: fovea.map(|fovea| (fovea, runs.grid.index(tx, ty))),
             pixels: runs.grid.pixels(tx, ty),
             list: &part.list[range.clone()],
@@ -53,6 +67,9 @@ pub(crate) fn bin_row(
         let pixels = TilePixels { width, iterated, both, seconds };
         let (chunks, stops) = (&mut part.chunks, &mut part.stops);
         push_chunks(geometry, &work, pixels, tile.bitmaps, &mut scratch, chunks, stops);
+        if detail.pixels {
+            part.keep(frame.facts.camera.width, tile.pixels, iterated);
+        }
         part.tiles.push(work);
     }
     part
@@ -127,6 +144,8 @@ struct Counted {
 struct Tile<'a> {
     frame: &'a Frame,
     geometry: Geometry,
+    /// Whether pixels go through the whole list.
+    whole: bool,
     /// The levels of a foveated frame, and which tile this is.
     fovea: Option<(&'a TileFovea<'a>, usize)>,
     /// `(x0, y0, x1, y1)`, half open, inside the image.
@@ -153,6 +172,7 @@ impl Tile<'_> {
             for (&stop, &blended) in
                 columns.stop_rank[row.clone()].iter().zip(&columns.blended[row])
             {
+                let stop = if self.whole { NEVER } else { stop };
                 if stop != last.0 {
                     last = (stop, self.iterated_until(stop));
                 }
@@ -161,6 +181,9 @@ impl Tile<'_> {
                 work.alpha_evaluations += u64::from(last.1);
                 work.blends += u64::from(blended);
             }
+        }
+        if self.whole {
+            work.blends = self.reached();
         }
         counted.both.clear();
         counted.seconds.clear();
@@ -213,6 +236,18 @@ impl Tile<'_> {
             counted.seconds.extend(self.list.iter().map(|&rank| fovea.is_second(index, rank)));
         }
         most
+    }
+
+    /// Pixels in which an entry reaches α = 1/255, whatever is in front of it: what blends where
+    /// nothing stops.
+    fn reached(&self) -> u64 {
+        let (x0, y0, x1, y1) = self.pixels;
+        let of = |&rank: &u32| {
+            let Some(ellipse) = Ellipse::of(&self.frame.splats[rank as usize]) else { return 0 };
+            let spans = (y0..y1).filter_map(|y| ellipse.span(y, [x0, x1]));
+            spans.map(|[first, end]| u64::from(end - first)).sum::<u64>()
+        };
+        self.list.iter().map(of).sum()
     }
 
     /// Entries that a pixel iterates that stops at rank `stop`.

@@ -1,5 +1,6 @@
 //! Does the pipeline keep its rules?
 
+mod lanes;
 mod laws;
 mod memo;
 mod oracle;

@@ -37,6 +37,19 @@ impl Ellipse {
         Some(Ellipse { mean, conic: [c0, c1, c2], det, level, reach_y, extreme_y })
     }
 
+    /// That of a splat whose conic nobody has at hand; `None` also where its covariance has none.
+    pub fn of(splat: &Splat) -> Option<Ellipse> {
+        Ellipse::new(splat, splat.conic()?)
+    }
+
+    /// The pixels `x0..x1` of a row that the ellipse reaches, of those between two columns.
+    pub fn span(&self, y: u32, [x0, x1]: [u32; 2]) -> Option<[u32; 2]> {
+        let (first, end) = self.columns(i64::from(y), i64::from(y) + 1)?;
+        let first = first.clamp(i64::from(x0), i64::from(x1)) as u32;
+        let end = end.clamp(i64::from(first), i64::from(x1)) as u32;
+        (first < end).then_some([first, end])
+    }
+
     /// Whether the shape is a proper ellipse; where rounding made the conic indefinite, only the
     /// bounding square limits the splat.
     fn is_proper(&self) -> bool {
@@ -59,6 +72,22 @@ impl Ellipse {
         let first = -floor(-(self.mean[0] + left));
         let end = floor(self.mean[0] + right) + 1;
         (first < end).then_some((first, end))
+    }
+
+    /// The pixel rows `first..end` that the ellipse reaches, unclipped.
+    pub fn rows(&self) -> (i64, i64) {
+        if !self.is_proper() {
+            return (-FURTHEST, FURTHEST);
+        }
+        let first = -floor(self.reach_y - self.mean[1]);
+        (first, floor(self.mean[1] + self.reach_y) + 1)
+    }
+
+    /// Whether the ellipse reaches a pixel.
+    pub fn reaches(&self, x: i64, y: i64) -> bool {
+        let [dx, dy] = [x as f64 - self.mean[0], y as f64 - self.mean[1]];
+        let [c0, c1, c2] = self.conic;
+        !self.is_proper() || c0 * dx * dx + 2.0 * c1 * dx * dy + c2 * dy * dy <= self.level
     }
 
     fn boundary(&self, dy: f64, side: f64) -> f64 {

@@ -73,24 +73,35 @@ fn organisation(m: &TileWise, found: &mut Found) {
         return;
     }
     let (units, subtiles) = (vru.units_per_core, g.subtiles());
-    if vru.implementation == VruImpl::Parallel && !units.is_multiple_of(subtiles) {
+    lanes(m, found);
+    let is_divided = matches!(vru.implementation, VruImpl::Parallel | VruImpl::Leaders);
+    if is_divided && !units.is_multiple_of(subtiles) {
         let message = format!(
-            "`vru.impl` = \"parallel\" divides `vru.units-per-core` = {units} over \
+            "`vru.impl` = \"{}\" divides `vru.units-per-core` = {units} over \
              the {subtiles} sub-tiles of a tile (`geometry.tile` = {}, `geometry.subtile` = {}): \
              it must be a multiple of {subtiles}",
-            g.tile, g.subtile
+            vru.implementation.name(),
+            g.tile,
+            g.subtile
         );
         found.add("vru.units-per-core", message);
         found.ends_with("vru.units-per-core", units.next_multiple_of(subtiles));
     }
-    if vru.implementation == VruImpl::Scan && vru.termination == Termination::Tile {
-        let message = "`vru.impl` = \"scan\" contradicts `vru.termination` = \"tile\": units \
-                       that scan one sub-tile after the other cannot stop with the tile; set \
-                       `vru.termination` = \"subtile\"";
-        found.add("vru.impl", message.to_owned());
+    if vru.implementation == VruImpl::Scan
+        && matches!(vru.termination, Termination::Tile | Termination::None)
+    {
+        let message = format!(
+            "`vru.impl` = \"scan\" contradicts `vru.termination` = \"{}\": units that scan one \
+             sub-tile after the other stop with the sub-tile; set `vru.termination` = \"subtile\"",
+            vru.termination.name()
+        );
+        found.add("vru.impl", message);
         found.ends_with("vru.termination", "subtile");
     }
-    if vru.termination == Termination::Pixel && vru.pixels_per_unit != 4 {
+    if vru.termination == Termination::Pixel
+        && vru.implementation.has_subtiles()
+        && vru.pixels_per_unit != 4
+    {
         let message = format!(
             "`vru.termination` = \"pixel\" contradicts `vru.pixels-per-unit` = {}: pixels stop one \
              by one in units that rotate through 2x2 of them; set `vru.pixels-per-unit` = 4 or \
@@ -107,6 +118,75 @@ fn organisation(m: &TileWise, found: &mut Found) {
             vru.pixel_state
         );
         found.add("vru.pixel-state", message);
+    }
+}
+
+/// Units that do not work on whole sub-tiles, and pixels that never stop.
+fn lanes(m: &TileWise, found: &mut Found) {
+    let (g, vru) = (&m.geometry, &m.vru);
+    let (way, termination) = (vru.implementation, vru.termination);
+    let (name, stop) = (way.name(), termination.name());
+    if let Some(own) = way.stops()
+        && ![own, Termination::None].contains(&termination)
+    {
+        let message = format!(
+            "`vru.impl` = \"{name}\" contradicts `vru.termination` = \"{stop}\": such units stop \
+             with the {0}; set `vru.termination` = \"{0}\", or \"none\" where nothing stops",
+            own.name()
+        );
+        found.add("vru.termination", message);
+        found.ends_with("vru.termination", own.name());
+    }
+    if way == VruImpl::Leaders && matches!(termination, Termination::Pixel | Termination::Quad) {
+        let message = format!(
+            "`vru.impl` = \"leaders\" contradicts `vru.termination` = \"{stop}\": its mini-tiles \
+             stop whole; set `vru.termination` = \"subtile\" or \"tile\""
+        );
+        found.add("vru.termination", message);
+        found.ends_with("vru.termination", "subtile");
+    }
+    if way == VruImpl::Leaders && g.subtile == g.tile {
+        let message = format!(
+            "`vru.impl` = \"leaders\" contradicts `geometry.subtile` = {} and `geometry.tile` = \
+             {}: a test unit looks at 2x2 sub-tiles; set `geometry.subtile` = {} or less",
+            g.subtile,
+            g.tile,
+            g.tile / 2
+        );
+        found.add("geometry.subtile", message);
+        found.ends_with("geometry.subtile", g.tile / 2);
+    }
+    if !way.has_subtiles() && g.subtile != g.tile {
+        let message = format!(
+            "`vru.impl` = \"{name}\" contradicts `geometry.subtile` = {} and `geometry.tile` = {}: \
+             such units have no sub-tiles; set `geometry.subtile` = {1}",
+            g.subtile, g.tile
+        );
+        found.add("geometry.subtile", message);
+        found.ends_with("geometry.subtile", g.tile);
+    }
+    if way == VruImpl::Rows && vru.units_per_core > g.tile {
+        let message = format!(
+            "`vru.units-per-core` = {} contradicts `vru.impl` = \"rows\": a tile has \
+             `geometry.tile` = {} rows for them; set `vru.units-per-core` = {1} or less",
+            vru.units_per_core, g.tile
+        );
+        found.add("vru.units-per-core", message);
+        found.ends_with("vru.units-per-core", g.tile);
+    }
+    let shows_levels = m.fovea.accumulators > 0;
+    if shows_levels && (way.needs_pixels() || termination == Termination::None) {
+        let (key, value) = match way.needs_pixels() {
+            true => ("vru.impl", name),
+            false => ("vru.termination", stop),
+        };
+        let message = format!(
+            "`fovea.accumulators` = {} contradicts `{key}` = \"{value}\": how such units blend two \
+             levels is not known; set `fovea` = \"none\"",
+            m.fovea.accumulators
+        );
+        found.add(key, message);
+        found.ends_with("fovea.accumulators", 0);
     }
 }
 

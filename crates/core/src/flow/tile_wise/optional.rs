@@ -2,12 +2,12 @@
 
 use super::{
     BinningImpl, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
-    GsuImpl, GsuSpec, VruSpec,
+    GsuImpl, GsuSpec, Termination, VruImpl, VruSpec,
 };
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 10] = [
+pub(super) const OPTIONAL: [Optional; 13] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -65,11 +65,36 @@ pub(super) const OPTIONAL: [Optional; 10] = [
         is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Update,
     },
     Optional {
-        what: "`vru.impl` = \"parallel\" and \"scan\"",
+        what: "units with queues",
         switch: "vru.impl",
         keys: &["vru.subtile-queue"],
         with: &["vru.impl=scan", "vru.termination=subtile", "buffers.pixel-out.capacity=2 MiB"],
         is_there: |m| m.of_type::<VruSpec>().has_queues(),
+    },
+    Optional {
+        what: "`vru.impl` = \"leaders\"",
+        switch: "vru.impl",
+        keys: &["vru.leaders-per-cycle", "vru.spiky-from"],
+        with: &["vru.impl=leaders", "geometry.subtile=4", "vru.termination=subtile", "fovea=none"],
+        is_there: |m| m.of_type::<VruSpec>().implementation == VruImpl::Leaders,
+    },
+    Optional {
+        what: "units that work on whole sub-tiles",
+        switch: "vru.impl",
+        keys: &["vru.subtile-skipping", "vru.pixels-per-unit"],
+        with: &["vru.impl=serial"],
+        is_there: |m| m.of_type::<VruSpec>().implementation.has_subtiles(),
+    },
+    Optional {
+        what: "units of which several stop together",
+        switch: "vru.termination",
+        keys: &["vru.stop-latency"],
+        with: &["vru.impl=serial", "vru.termination=subtile"],
+        is_there: |m| {
+            let vru = m.of_type::<VruSpec>();
+            let is_alone = matches!(vru.implementation, VruImpl::Quads | VruImpl::Pixels);
+            !is_alone && vru.termination != Termination::None
+        },
     },
     Optional {
         what: "colour units in its cores",

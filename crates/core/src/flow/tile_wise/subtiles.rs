@@ -9,6 +9,7 @@
 
 use rayon::prelude::*;
 
+use super::lanes::{Grain, Lanes, Leaders, Reach, RowShare, TESTED_SIDE};
 use crate::flow::tile_wise::{Termination, VruImpl, VruSpec};
 use crate::kernel::MemoKey;
 use crate::workload::{ChunkWork, FrameWorkload};
@@ -33,6 +34,27 @@ pub enum SubtileWay {
         /// Entries that a queue holds, with the one that is worked on.
         depth: u32,
     },
+    /// The same behind test units, which see which mini-tiles (sub-tiles) an entry is for.
+    Tested {
+        /// Entries that a queue holds, with the one that is worked on.
+        depth: u32,
+        /// The test units.
+        leaders: Leaders,
+    },
+    /// Every unit has rows of the tile, with a queue in front of it.
+    Rows {
+        /// Entries that a queue holds, with the one that is worked on.
+        depth: u32,
+        /// Units.
+        units: u32,
+    },
+    /// All units work on what an entry reaches together.
+    Together {
+        /// What that is.
+        grain: Grain,
+        /// Pixels that they take in a cycle.
+        lanes: u64,
+    },
 }
 
 /// Everything that the cycles of a chunk depend on besides the frame.
@@ -45,6 +67,8 @@ pub struct Discipline {
     round: u64,
     /// The least cycles of a round of units that rotate through live pixels only.
     live_round: Option<u64>,
+    /// The least cycles from one pair of a unit to its next one.
+    recurrence: u64,
     skips: bool,
     stops_with_tile: bool,
     stop_latency: u64,
@@ -75,6 +99,19 @@ pub struct ChunkRun {
     pub queued: u64,
     /// Changes of the pixel state from one sub-tile to another.
     pub switches: u64,
+    /// Pixels that were worked on; `None` where pairs are whole sub-tiles.
+    pub reach: Option<Reach>,
+    /// Leader pixels that were tested, or rows that were looked for.
+    pub front: u64,
+}
+
+impl ChunkRun {
+    /// Adds pixels that were worked on.
+    pub(super) fn add(&mut self, reach: Reach) {
+        let all = self.reach.get_or_insert_default();
+        all.slots += reach.slots;
+        all.live += reach.live;
+    }
 }
 
 impl Discipline {
@@ -85,11 +122,21 @@ impl Discipline {
             return None;
         }
         let depth = spec.subtile_queue;
+        let lanes = u64::from(spec.units_per_core);
+        let together = |grain| SubtileWay::Together { grain, lanes };
         let way = match spec.implementation {
             VruImpl::Parallel => SubtileWay::Parallel { depth },
             VruImpl::Serial => SubtileWay::Interleaved { swap: 0 },
             VruImpl::Swap => SubtileWay::Interleaved { swap },
             VruImpl::Scan => SubtileWay::Scanned { swap, depth },
+            VruImpl::Leaders => {
+                let (per_cycle, spiky_from) = (spec.leaders_per_cycle.into(), spec.spiky_from);
+                SubtileWay::Tested { depth, leaders: Leaders { per_cycle, spiky_from } }
+            }
+            VruImpl::Rows => SubtileWay::Rows { depth, units: spec.units_per_core },
+            VruImpl::Pixels => together(Grain::Pixel),
+            VruImpl::Quads => together(Grain::Quad),
+            VruImpl::Box => together(Grain::Box),
         };
         Some(Discipline {
             way,
@@ -97,10 +144,17 @@ impl Discipline {
             round: u64::from(spec.pixels_per_unit.max(spec.recurrence)),
             live_round: (spec.termination == Termination::Pixel)
                 .then_some(u64::from(spec.recurrence)),
+            recurrence: u64::from(spec.recurrence),
             skips: spec.subtile_skipping,
-            stops_with_tile: spec.termination == Termination::Tile,
+            stops_with_tile: matches!(spec.termination, Termination::Tile | Termination::None),
             stop_latency: u64::from(spec.stop_latency),
         })
+    }
+
+    /// Whether what units work on is counted pixel by pixel ([`ChunkRun::reach`]).
+    pub(super) fn counts_pixels(&self) -> bool {
+        use SubtileWay::{Rows, Tested, Together};
+        matches!(self.way, Tested { .. } | Rows { .. } | Together { .. })
     }
 
     /// Cycles of the pair of an entry at list position `at` and a sub-tile.
@@ -119,8 +173,8 @@ impl Discipline {
 /// other.
 pub(super) fn rounds(spec: &VruSpec, subtiles: u32, pixels: u32) -> u64 {
     let units = match spec.implementation {
-        VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => spec.units_per_core,
-        VruImpl::Parallel => (spec.units_per_core / subtiles.max(1)).max(1),
+        VruImpl::Parallel | VruImpl::Leaders => (spec.units_per_core / subtiles.max(1)).max(1),
+        _ => spec.units_per_core,
     };
     u64::from(pixels).div_ceil(u64::from(units) * u64::from(spec.pixels_per_unit))
 }
@@ -135,7 +189,10 @@ pub fn runs(workload: &FrameWorkload, discipline: &Discipline) -> Vec<ChunkRun> 
             match discipline.way {
                 SubtileWay::Interleaved { swap } => tile.interleaved(swap, scratch),
                 SubtileWay::Scanned { swap, depth } => tile.scanned(swap, depth, scratch),
-                SubtileWay::Parallel { depth } => tile.parallel(depth, scratch),
+                SubtileWay::Parallel { depth }
+                | SubtileWay::Tested { depth, .. }
+                | SubtileWay::Rows { depth, .. } => tile.parallel(depth, scratch),
+                SubtileWay::Together { grain, lanes } => tile.together(grain, lanes),
             }
         })
         .collect();
@@ -145,10 +202,39 @@ pub fn runs(workload: &FrameWorkload, discipline: &Discipline) -> Vec<ChunkRun> 
 /// Memory that is used again for each tile.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// Sub-tiles of an entry, and the cycles from which on they are known to have stopped.
-    wanted: Vec<(usize, u64)>,
+    work: EntryWork,
     /// Where queues are, chunk behind chunk and each chunk alone.
     queues: [Queues; 2],
+}
+
+/// What an entry is for.
+#[derive(Debug, Default)]
+struct EntryWork {
+    wanted: Vec<Wanted>,
+    /// Test units that look at it.
+    tests: Vec<Test>,
+    /// What it costs each unit with rows.
+    rows: Vec<RowShare>,
+}
+
+/// A sub-tile, or a unit with rows, that an entry is for.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    place: usize,
+    /// Cycle from which on it is known to have stopped.
+    noticed: u64,
+    /// Cycles of the pair.
+    cycles: u64,
+}
+
+/// A test unit that looks at an entry.
+#[derive(Debug, Clone, Copy)]
+struct Test {
+    unit: usize,
+    /// Cycle from which on all that it looks at is known to have stopped.
+    noticed: u64,
+    cycles: u64,
+    leaders: u64,
 }
 
 /// Units with a queue, one for each sub-tile.
@@ -158,6 +244,8 @@ struct Queues {
     leaving: Vec<Vec<u64>>,
     /// Cycle in which the units have done everything that was pushed.
     free: Vec<u64>,
+    /// Cycle in which each test unit has handed on what it looked at.
+    tested: Vec<u64>,
     /// Cycle in which they have done the last pair before the end of their sub-tile.
     done: Vec<u64>,
     /// The largest of these.
@@ -168,17 +256,45 @@ impl Queues {
     fn clear(&mut self, subtiles: usize) {
         self.leaving.resize_with(subtiles, Vec::new);
         self.leaving.iter_mut().for_each(Vec::clear);
-        for cycles in [&mut self.free, &mut self.done] {
+        for cycles in [&mut self.free, &mut self.done, &mut self.tested] {
             cycles.clear();
             cycles.resize(subtiles, 0);
         }
         self.all_done = 0;
     }
 
+    /// Cycle, `now` at the earliest, in which nothing is in them or on its way to them.
+    fn all_free(&self, now: u64) -> u64 {
+        self.free.iter().chain(&self.tested).copied().fold(now, u64::max)
+    }
+
     /// A pair that is needed is done.
     fn finish(&mut self, subtile: usize, now: u64) {
         self.done[subtile] = now;
         self.all_done = self.all_done.max(now);
+    }
+
+    /// An entry enters the queue of a sub-tile, which is not yet known to have stopped. Returns
+    /// whether units work on it before they know.
+    fn enter(&mut self, wanted: Wanted, now: u64, run: &mut ChunkRun) -> bool {
+        let Wanted { place, noticed, cycles } = wanted;
+        let begin = now.max(self.free[place]);
+        run.queued += 1;
+        if begin >= noticed {
+            // It leaves unused.
+            self.leaving[place].push(noticed);
+            return false;
+        }
+        let end = begin + cycles;
+        self.free[place] = end;
+        self.leaving[place].push(end);
+        run.pairs += 1;
+        if noticed == NEVER {
+            self.finish(place, end);
+        } else {
+            run.vain += 1;
+        }
+        true
     }
 
     /// Cycle in which the queue of a sub-tile has room for one more.
@@ -199,8 +315,13 @@ struct Tile<'a> {
     stops: &'a [[u32; 4]],
     /// Sub-tiles with pixels inside the image.
     inside: Vec<usize>,
-    /// List position from which on nothing of each sub-tile is needed.
+    /// List position from which on nothing of each sub-tile, or unit with rows, is needed.
     ends: Vec<u32>,
+    /// Sub-tiles along a side, and pixels along a side of one.
+    side: u32,
+    pixels: u32,
+    /// Its pixels, where they are looked at one by one.
+    lanes: Option<Lanes<'a>>,
 }
 
 /// When sub-tiles are known to have stopped.
@@ -214,6 +335,11 @@ impl<'a> Tile<'a> {
         let stops = workload.stops_of(tile);
         let last = stops.iter().map(|stops| stops[0]).max().unwrap_or(0);
         let end = |stops: &[u32; 4]| if discipline.stops_with_tile { last } else { stops[0] };
+        let ends = match discipline.way {
+            SubtileWay::Rows { units, .. } => vec![last; units as usize],
+            _ => stops.iter().map(end).collect(),
+        };
+        let lanes = discipline.counts_pixels().then(|| Lanes::new(workload, tile));
         let bitmaps = match discipline.skips {
             true => &workload.bitmaps[work.list_start as usize * bytes..],
             false => &[],
@@ -225,14 +351,20 @@ impl<'a> Tile<'a> {
             bytes,
             stops,
             inside: workload.subtiles_inside(tile).collect(),
-            ends: stops.iter().map(end).collect(),
+            ends,
+            side: geometry.subtiles_per_side(),
+            pixels: geometry.subtile,
+            lanes,
         }
     }
 
     /// Puts the sub-tiles that the entry at list position `at` is for into `wanted`, ascending.
-    fn want(&self, at: u32, own: &Queues, wanted: &mut Vec<(usize, u64)>) {
+    fn want(&self, at: u32, own: &Queues, wanted: &mut Vec<Wanted>) {
         wanted.clear();
-        let mut want = |subtile| wanted.push((subtile, self.noticed(subtile, at, own)));
+        let mut want = |place| {
+            let (noticed, cycles) = (self.noticed(place, at, own), self.pair(place, at));
+            wanted.push(Wanted { place, noticed, cycles });
+        };
         if !self.discipline.skips {
             return self.inside.iter().for_each(|&subtile| want(subtile));
         }
@@ -279,7 +411,7 @@ impl<'a> Tile<'a> {
     }
 
     fn interleaved(&self, swap: u64, scratch: &mut Scratch) -> Vec<ChunkRun> {
-        let Scratch { wanted, queues: [own, _] } = scratch;
+        let Scratch { work: EntryWork { wanted, .. }, queues: [own, _] } = scratch;
         own.clear(self.stops.len());
         let (mut now, mut held) = (0, None);
         let chunk = |(first, chunk): (u32, &ChunkWork)| {
@@ -288,14 +420,13 @@ impl<'a> Tile<'a> {
             for at in first..first + chunk.entries {
                 self.want(at, own, wanted);
                 // The sub-tile whose pixels the units hold comes first.
-                if let Some(place) = wanted.iter().position(|&(s, _)| Some(s) == held) {
+                if let Some(place) = wanted.iter().position(|w| Some(w.place) == held) {
                     wanted[..=place].rotate_right(1);
                 }
-                for &(subtile, noticed) in &*wanted {
+                for &Wanted { place: subtile, noticed, mut cycles } in &*wanted {
                     if now >= noticed {
                         continue;
                     }
-                    let mut cycles = self.pair(subtile, at);
                     if held.is_some_and(|s| s != subtile) {
                         run.switches += 1;
                         cycles = cycles.max(swap);
@@ -367,59 +498,33 @@ impl<'a> Tile<'a> {
             return None;
         }
         if wants {
-            self.enter(own, (subtile, noticed), at, pushed, run);
+            let wanted = Wanted { place: subtile, noticed, cycles: self.pair(subtile, at) };
+            own.enter(wanted, pushed, run);
         }
         Some(pushed)
     }
 
-    /// An entry enters the queue of a sub-tile, which is not yet known to have stopped.
-    fn enter(
-        &self,
-        own: &mut Queues,
-        (subtile, noticed): (usize, u64),
-        at: u32,
-        now: u64,
-        run: &mut ChunkRun,
-    ) {
-        let begin = now.max(own.free[subtile]);
-        run.queued += 1;
-        if begin >= noticed {
-            // It leaves unused.
-            own.leaving[subtile].push(noticed);
-            return;
-        }
-        let end = begin + self.pair(subtile, at);
-        own.free[subtile] = end;
-        own.leaving[subtile].push(end);
-        run.pairs += 1;
-        if noticed == NEVER {
-            own.finish(subtile, end);
-        } else {
-            run.vain += 1;
-        }
-    }
-
     fn parallel(&self, depth: u32, scratch: &mut Scratch) -> Vec<ChunkRun> {
-        let Scratch { wanted, queues: [own, fresh] } = scratch;
-        own.clear(self.stops.len());
+        let Scratch { work, queues: [own, fresh] } = scratch;
+        own.clear(self.ends.len());
         let last = self.chunks.len().saturating_sub(1);
         let mut now = 0;
         let chunk = |(k, (first, chunk)): (usize, (u32, &ChunkWork))| {
             let mut run = ChunkRun { reads: u64::from(chunk.entries), ..ChunkRun::default() };
             let start = now;
             let range = first..first + chunk.entries;
-            now = self.stream(range.clone(), now, depth, own, wanted, &mut run, 0);
+            now = self.stream(range.clone(), now, depth, own, work, &mut run, 0);
             if k == last {
-                now = own.free.iter().copied().fold(now, u64::max);
+                now = own.all_free(now);
             }
             run.cycles = now - start;
             run.alone = run.cycles;
             if first > 0 {
-                fresh.clear(self.stops.len());
+                fresh.clear(self.ends.len());
                 let mut other = ChunkRun::default();
-                let end = self.stream(range, 0, depth, fresh, wanted, &mut other, first);
+                let end = self.stream(range, 0, depth, fresh, work, &mut other, first);
                 let alone = match k == last {
-                    true => fresh.free.iter().copied().fold(end, u64::max),
+                    true => fresh.all_free(end),
                     false => end,
                 };
                 run.alone = alone.min(run.cycles);
@@ -438,25 +543,152 @@ impl<'a> Tile<'a> {
         mut now: u64,
         depth: u32,
         own: &mut Queues,
-        wanted: &mut Vec<(usize, u64)>,
+        work: &mut EntryWork,
         run: &mut ChunkRun,
         known: u32,
     ) -> u64 {
         for at in entries {
-            self.want(at, own, wanted);
-            let mut pushed = now;
-            for &(subtile, noticed) in &*wanted {
-                if self.ends[subtile] > known {
-                    pushed = pushed.max(own.room(subtile, depth).min(noticed));
+            let pushed = match (self.discipline.way, &self.lanes) {
+                (SubtileWay::Tested { leaders, .. }, Some(lanes)) => {
+                    self.look(at, (lanes, leaders), own, work, known);
+                    self.hand_on(at, now, depth, own, (lanes, work), run)
                 }
-            }
-            for &(subtile, noticed) in &*wanted {
-                if self.ends[subtile] > known && pushed < noticed {
-                    self.enter(own, (subtile, noticed), at, pushed, run);
+                (SubtileWay::Rows { .. }, Some(lanes)) => {
+                    self.want_rows(at, lanes, own, work, known);
+                    self.hand_out(now, depth, own, work, run)
                 }
-            }
+                _ => {
+                    self.want(at, own, &mut work.wanted);
+                    work.wanted.retain(|wanted| self.ends[wanted.place] > known);
+                    self.hand_out(now, depth, own, work, run)
+                }
+            };
             now = pushed + 1;
         }
         now
+    }
+
+    /// An entry leaves for its test units when all of them are free, and is handed on by each when
+    /// the queues behind it have room; returns when it leaves.
+    fn hand_on(
+        &self,
+        at: u32,
+        now: u64,
+        depth: u32,
+        own: &mut Queues,
+        (lanes, work): (&Lanes<'_>, &EntryWork),
+        run: &mut ChunkRun,
+    ) -> u64 {
+        let free = |test: &Test| own.tested[test.unit].min(test.noticed);
+        let start = work.tests.iter().map(free).fold(now, u64::max);
+        for test in work.tests.iter().filter(|test| start < test.noticed) {
+            run.front += test.leaders;
+            let behind = work.wanted.iter().filter(|w| self.test_unit(w.place) == test.unit);
+            let room = |wanted: &Wanted| own.room(wanted.place, depth).min(wanted.noticed);
+            let pushed = behind.clone().map(room).fold(start + test.cycles, u64::max);
+            own.tested[test.unit] = pushed;
+            for wanted in behind.filter(|wanted| pushed < wanted.noticed) {
+                if own.enter(*wanted, pushed, run) {
+                    run.add(lanes.square_at(self.corner(wanted.place, lanes), self.pixels, at));
+                }
+            }
+        }
+        start
+    }
+
+    /// The test unit of a mini-tile.
+    fn test_unit(&self, place: usize) -> usize {
+        let (x, y) = (place as u32 % self.side, place as u32 / self.side);
+        (y / TESTED_SIDE * self.side.div_ceil(TESTED_SIDE) + x / TESTED_SIDE) as usize
+    }
+
+    /// The first pixel of a sub-tile.
+    fn corner(&self, place: usize, lanes: &Lanes<'_>) -> [u32; 2] {
+        let (x, y) = (place as u32 % self.side, place as u32 / self.side);
+        [lanes.area.0 + x * self.pixels, lanes.area.1 + y * self.pixels]
+    }
+
+    /// An entry enters all of its queues when each has room; returns when.
+    fn hand_out(
+        &self,
+        now: u64,
+        depth: u32,
+        own: &mut Queues,
+        work: &EntryWork,
+        run: &mut ChunkRun,
+    ) -> u64 {
+        let room = |wanted: &Wanted| own.room(wanted.place, depth).min(wanted.noticed);
+        let pushed = work.wanted.iter().map(room).fold(now, u64::max);
+        for wanted in work.wanted.iter().filter(|wanted| pushed < wanted.noticed) {
+            let is_done = own.enter(*wanted, pushed, run);
+            if let (true, Some(share)) = (is_done, work.rows.get(wanted.place)) {
+                run.add(share.reach);
+                run.front += share.rows;
+            }
+        }
+        pushed
+    }
+
+    /// The units whose rows an entry reaches.
+    fn want_rows(
+        &self,
+        at: u32,
+        lanes: &Lanes<'_>,
+        own: &Queues,
+        work: &mut EntryWork,
+        known: u32,
+    ) {
+        work.rows.clear();
+        work.rows.resize(self.ends.len(), RowShare::default());
+        lanes.rows(at, &mut work.rows);
+        work.wanted.clear();
+        for (place, share) in work.rows.iter().enumerate() {
+            if share.rows > 0 && self.ends[place] > known {
+                let cycles = share.cycles.max(self.discipline.recurrence);
+                work.wanted.push(Wanted { place, noticed: self.noticed(place, at, own), cycles });
+            }
+        }
+    }
+
+    /// The test units that look at an entry: those of which it meets a mini-tile that is not known
+    /// to have stopped; and the mini-tiles that pass, unit by unit.
+    fn look(
+        &self,
+        at: u32,
+        (lanes, leaders): (&Lanes<'_>, Leaders),
+        own: &Queues,
+        work: &mut EntryWork,
+        known: u32,
+    ) {
+        self.want(at, own, &mut work.wanted);
+        work.wanted.retain(|wanted| self.ends[wanted.place] > known);
+        let leaders = leaders.test(lanes.splat(at));
+        work.tests.clear();
+        for &Wanted { place, noticed, .. } in &work.wanted {
+            let unit = self.test_unit(place);
+            match work.tests.iter_mut().find(|test| test.unit == unit) {
+                Some(test) => test.noticed = test.noticed.max(noticed),
+                None => {
+                    let (cycles, leaders) = (leaders.cycles, leaders.leaders);
+                    work.tests.push(Test { unit, noticed, cycles, leaders });
+                }
+            }
+        }
+        // All mini-tiles of a test unit are looked at, whichever of them a box met.
+        work.wanted.clear();
+        for &place in self.inside.iter().filter(|&&place| self.ends[place] > known) {
+            let is_asked = work.tests.iter().any(|test| test.unit == self.test_unit(place));
+            if is_asked && leaders.passes(self.corner(place, lanes), self.pixels) {
+                let (noticed, cycles) = (self.noticed(place, at, own), self.pair(place, at));
+                work.wanted.push(Wanted { place, noticed, cycles });
+            }
+        }
+    }
+
+    fn together(&self, grain: Grain, lanes: u64) -> Vec<ChunkRun> {
+        let Some(tile) = &self.lanes else { return Vec::new() };
+        let end = self.ends.iter().copied().max().unwrap_or(0);
+        let Discipline { recurrence, stop_latency, .. } = *self.discipline;
+        tile.together(self.chunks, (grain, lanes, recurrence), (end, stop_latency))
     }
 }

@@ -5,8 +5,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::rules::UnitRules;
 use crate::machine::{BufferSpec, Machine, Ports};
-use crate::workload::Geometry;
 use crate::workload::binning::ListShape;
+use crate::workload::{Detail, Geometry};
 
 pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
@@ -111,6 +111,14 @@ impl TileWise {
             merges: b.partial == PartialWrite::ReadModifyWrite,
             block,
         })
+    }
+
+    /// What it needs of a frame besides its lists.
+    pub fn detail(&self) -> Detail {
+        Detail {
+            pixels: self.vru.implementation.needs_pixels(),
+            whole: self.vru.termination == Termination::None,
+        }
     }
 
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile
@@ -497,6 +505,7 @@ pub struct VruSpec {
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
     pub units_per_core: u32,
     /// Pixels that one unit holds and rotates through its pipeline.
+    #[serde(default = "quad")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels"))]
     pub pixels_per_unit: u32,
     /// Pipeline latency, cycles: paid when a tile drains.
@@ -507,6 +516,7 @@ pub struct VruSpec {
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "cycles"))]
     pub recurrence: u32,
     /// Whether sub-tiles whose bitmap bit is clear are skipped.
+    #[serde(default = "skips")]
     pub subtile_skipping: bool,
     /// What stops when its pixels have all stopped.
     pub termination: Termination,
@@ -527,10 +537,20 @@ pub struct VruSpec {
     #[serde(default = "queued_entries")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
     pub subtile_queue: u32,
+    /// Leader pixels that a test unit looks at in a cycle.
+    #[serde(default = "leaders")]
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels per cycle"))]
+    pub leaders_per_cycle: u32,
+    /// Ratio of axes from which a splat is spiky: two leader pixels of a mini-tile are tested, and
+    /// four of a smooth one. With 1 all are spiky.
+    #[serde(default = "spiky")]
+    #[schemars(range(min = 1, max = 65536))]
+    pub spiky_from: u32,
     /// State of a pixel that is not finished: transmittance and colour.
     pub pixel_state: Bytes,
     /// Cycles from the last pair of a sub-tile (or tile) that is needed until it is known to have
     /// stopped; pairs that begin in them are executed in vain.
+    #[serde(default)]
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub stop_latency: u32,
     /// Arithmetic of the colour unit of a core, which `ccu.fetch = "lazy-colour"` needs: operations
@@ -549,6 +569,25 @@ fn queued_entries() -> u32 {
     2
 }
 
+/// Units of 2x2 pixels.
+fn quad() -> u32 {
+    4
+}
+
+fn skips() -> bool {
+    true
+}
+
+/// A128.
+fn leaders() -> u32 {
+    8
+}
+
+/// A128.
+fn spiky() -> u32 {
+    3
+}
+
 /// A103.
 fn colour_cycles() -> u32 {
     16
@@ -557,7 +596,8 @@ fn colour_cycles() -> u32 {
 impl VruSpec {
     /// Whether entries wait in queues in front of the units.
     pub fn has_queues(&self) -> bool {
-        matches!(self.implementation, VruImpl::Parallel | VruImpl::Scan)
+        use VruImpl::{Leaders, Parallel, Rows, Scan};
+        matches!(self.implementation, Parallel | Scan | Leaders | Rows)
     }
 }
 
@@ -576,12 +616,55 @@ pub enum VruImpl {
     Scan,
     /// Every sub-tile has its own share of the units, with a queue in front of it.
     Parallel,
+    /// The same, where sub-tiles are mini-tiles and an entry is tested at leader pixels of 2x2 of
+    /// them, after the boxes of its list entry have said which test units look at it.
+    Leaders,
+    /// Every unit has rows of the tile, with a queue in front of it, and takes of an entry the
+    /// pixels between the ends of its ellipse in each row.
+    Rows,
+    /// All units together take quads, 2x2 pixels, that an entry reaches and that have not stopped,
+    /// of as many entries as there is room for.
+    Quads,
+    /// The same with single pixels: no lane is ever empty while there is work in the chunk.
+    Pixels,
+    /// All units together take the pixels of an entry's bounding square in the tile, as many at a
+    /// time as there are units.
+    Box,
 }
 
 impl VruImpl {
     /// All of them.
-    pub const ALL: [VruImpl; 4] =
-        [VruImpl::Serial, VruImpl::Swap, VruImpl::Scan, VruImpl::Parallel];
+    pub const ALL: [VruImpl; 9] = [
+        VruImpl::Serial,
+        VruImpl::Swap,
+        VruImpl::Scan,
+        VruImpl::Parallel,
+        VruImpl::Leaders,
+        VruImpl::Rows,
+        VruImpl::Quads,
+        VruImpl::Pixels,
+        VruImpl::Box,
+    ];
+
+    /// Whether units work on whole sub-tiles.
+    pub const fn has_subtiles(self) -> bool {
+        !matches!(self, VruImpl::Rows | VruImpl::Quads | VruImpl::Pixels | VruImpl::Box)
+    }
+
+    /// Whether pixels are looked at one by one.
+    pub const fn needs_pixels(self) -> bool {
+        !self.has_subtiles() || matches!(self, VruImpl::Leaders)
+    }
+
+    /// What stops together, where there is no choice.
+    pub const fn stops(self) -> Option<Termination> {
+        match self {
+            VruImpl::Rows | VruImpl::Box => Some(Termination::Tile),
+            VruImpl::Quads => Some(Termination::Quad),
+            VruImpl::Pixels => Some(Termination::Pixel),
+            _ => None,
+        }
+    }
 
     /// Whether the pixel state of sub-tiles goes through the pixel buffer.
     pub const fn swaps(self) -> bool {
@@ -595,6 +678,11 @@ impl VruImpl {
             VruImpl::Swap => "swap",
             VruImpl::Scan => "scan",
             VruImpl::Parallel => "parallel",
+            VruImpl::Leaders => "leaders",
+            VruImpl::Rows => "rows",
+            VruImpl::Quads => "quads",
+            VruImpl::Pixels => "pixels",
+            VruImpl::Box => "box",
         }
     }
 }
@@ -847,4 +935,19 @@ pub enum Termination {
     Subtile,
     /// The whole tile.
     Tile,
+    /// Nothing: every pixel of a tile goes through all of its list.
+    None,
+}
+
+impl Termination {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Termination::Pixel => "pixel",
+            Termination::Quad => "quad",
+            Termination::Subtile => "subtile",
+            Termination::Tile => "tile",
+            Termination::None => "none",
+        }
+    }
 }

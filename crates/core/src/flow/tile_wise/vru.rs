@@ -24,9 +24,9 @@
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
 use super::{BufferSpecs, RecordSpec};
-use crate::flow::tile_wise::subtiles;
 use crate::flow::tile_wise::subtiles::{ChunkRun, Discipline};
 use crate::flow::tile_wise::{FoveaSpec, Termination, VruImpl, VruSpec};
+use crate::flow::tile_wise::{lanes, subtiles};
 use crate::kernel::bank::Banks;
 use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
@@ -166,15 +166,60 @@ pub const VRU: StageDecl = StageDecl {
     )
 };
 
+/// What test units and row generators declare: they stand between the feature buffer and the queues
+/// of rendering units (`vru.impl` = `leaders`, `rows`), whose timing they are a part of.
+pub const FRONTS: StageDecl = StageDecl {
+    units: Some(|m| {
+        let vru = m.of_type::<VruSpec>();
+        let of_core = match vru.implementation {
+            VruImpl::Leaders => lanes::test_units(m.of_type::<Geometry>().subtiles_per_side()),
+            VruImpl::Rows => vru.units_per_core,
+            _ => 0,
+        };
+        vru.cores.saturating_mul(of_core)
+    }),
+    works: &[
+        work("leader", 13, "One α evaluated at a leader pixel of a mini-tile.")
+            .a_cycle(|m| match m.of_type::<VruSpec>().implementation {
+                VruImpl::Leaders => f64::from(m.of_type::<VruSpec>().leaders_per_cycle),
+                _ => 0.0,
+            })
+            .priced_as("alpha"),
+        work("row", 13, "The ends of the ellipse of a Gaussian found in one row of pixels.")
+            .a_cycle(|m| match m.of_type::<VruSpec>().implementation {
+                VruImpl::Rows => 1.0,
+                _ => 0.0,
+            })
+            .priced_as("alpha"),
+    ],
+    parts: &[part(
+        "lanes",
+        "Pixels that one looks at in a cycle: `vru.leaders-per-cycle`, or 1 of a row generator.",
+        |m| match m.of_type::<VruSpec>().implementation {
+            VruImpl::Leaders => f64::from(m.of_type::<VruSpec>().leaders_per_cycle),
+            _ => 1.0,
+        },
+    )],
+    behind: &["A128", "A129"],
+    ..StageDecl::new(
+        "fronts",
+        "test units and row generators",
+        Phase::Rendering,
+        "In front of rendering units: leader tests of 2x2 mini-tiles (`vru.impl = \"leaders\"`), \
+         or generators of rows (`\"rows\"`). Keys: `vru.leaders-per-cycle`, `vru.spiky-from`.",
+    )
+};
+
 /// Bits of the record that a published unit holds: 19 B.
 const RECORD_BITS: f64 = 152.0;
 
 /// Queues of a core: one for each sub-tile, or one behind the scan (A89).
 fn queues(m: &Machine) -> f64 {
     match m.of_type::<VruSpec>().implementation {
-        VruImpl::Parallel => f64::from(m.of_type::<Geometry>().subtiles()),
+        VruImpl::Parallel | VruImpl::Leaders => f64::from(m.of_type::<Geometry>().subtiles()),
         VruImpl::Scan => 1.0,
-        VruImpl::Serial | VruImpl::Swap => 0.0,
+        VruImpl::Rows => f64::from(m.of_type::<VruSpec>().units_per_core),
+        _ => 0.0,
     }
 }
 
@@ -185,12 +230,11 @@ fn pixel_bits(m: &Machine) -> f64 {
     let vru = &m.of_type::<VruSpec>();
     let copies = if vru.tile_overlap { 2.0 } else { 1.0 };
     let swapped = if m.tiles().state_bytes().0 > 0 { 2.0 } else { 1.0 };
+    let share = m.of_type::<Geometry>().tile.pow(2).div_ceil(vru.units_per_core);
     let held = match vru.implementation {
         VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => vru.pixels_per_unit,
-        VruImpl::Parallel => {
-            let share = m.of_type::<Geometry>().tile.pow(2).div_ceil(vru.units_per_core);
-            share.max(vru.pixels_per_unit)
-        }
+        VruImpl::Parallel | VruImpl::Leaders => share.max(vru.pixels_per_unit),
+        VruImpl::Rows | VruImpl::Quads | VruImpl::Pixels | VruImpl::Box => share,
     };
     let accumulators = f64::from(m.of_type::<FoveaSpec>().accumulators.max(1));
     f64::from(held) * accumulators * copies * swapped * (8.0 * vru.pixel_state.0 as f64)
@@ -213,6 +257,11 @@ const QUEUE_ENTRY: ActionId = work_id("queue-entry");
 pub const FEATURE: BufferId = buffer_id("feature");
 /// Finished pixels on their way to DRAM.
 pub const PIXEL_OUT: BufferId = buffer_id("pixel_out");
+
+/// A leader pixel of a mini-tile.
+const LEADER: ActionId = work_id("leader");
+/// A row of the ellipse of an entry.
+const ROW: ActionId = work_id("row");
 
 /// A chunk, and the tile that ends with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -284,7 +333,7 @@ impl Vru {
     pub fn pairs(&self, chunk: &ChunkWork) -> u64 {
         let work = self.executed(chunk);
         u64::from(match self.spec.termination {
-            Termination::Tile => work.tile_pairs,
+            Termination::Tile | Termination::None => work.tile_pairs,
             Termination::Subtile | Termination::Quad | Termination::Pixel => work.subtile_pairs,
         })
     }
@@ -312,9 +361,7 @@ impl Vru {
                 let least = pairs * u64::from(self.spec.recurrence);
                 u64::from(self.executed(chunk).pixel_slots).max(least) * self.rounds()
             }
-            Termination::Quad | Termination::Subtile | Termination::Tile => {
-                pairs * self.pair_cycles()
-            }
+            _ => pairs * self.pair_cycles(),
         };
         let again = match self.fovea.accumulators {
             2 => 0,
@@ -333,14 +380,23 @@ impl Vru {
     /// and evaluate nothing in vain.
     fn alphas(&self, work: &Render) -> u64 {
         let executed = self.executed(&work.chunk);
+        if let Some(reach) = work.run.and_then(|run| run.reach) {
+            return reach.slots;
+        }
         match self.spec.termination {
             Termination::Pixel => u64::from(executed.live_evaluations),
             Termination::Quad => u64::from(executed.quad_evaluations),
-            Termination::Subtile | Termination::Tile => {
+            Termination::Subtile | Termination::Tile | Termination::None => {
                 let pairs = work.run.map_or_else(|| self.pairs(&work.chunk), |run| run.pairs);
                 pairs * self.subtile_pixels()
             }
         }
+    }
+
+    /// Those of pixels that have not stopped.
+    pub(crate) fn live(&self, work: &Render) -> u64 {
+        let counted = || u64::from(self.executed(&work.chunk).live_evaluations);
+        work.run.and_then(|run| run.reach).map_or_else(counted, |reach| reach.live)
     }
 
     /// Bytes that a tile leaves in the pixel buffer.
@@ -411,7 +467,7 @@ impl Unit for Vru {
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
         let stage = Phase::Rendering;
         let alphas = self.alphas(work);
-        let live = u64::from(self.executed(&work.chunk).live_evaluations).min(alphas);
+        let live = self.live(work).min(alphas);
         actions.charge(stage, ALPHA, live + self.second_alphas(&work.chunk));
         actions.charge(stage, STOPPED_PIXEL, alphas - live);
         let features = self.feature_words(&work.chunk) * self.features.word();
@@ -420,6 +476,11 @@ impl Unit for Vru {
         actions.charge(stage, sram_read(FEATURE), features);
         if let Some(run) = &work.run {
             actions.charge(stage, QUEUE_ENTRY, run.queued);
+            let looked_at = match self.spec.implementation {
+                VruImpl::Rows => ROW,
+                _ => LEADER,
+            };
+            actions.charge(stage, looked_at, run.front);
             let state = run.switches * self.swapped * self.pixels.word();
             actions.charge(stage, sram_write(PIXEL_OUT), state);
             actions.charge(stage, sram_read(PIXEL_OUT), state);

@@ -136,6 +136,8 @@ fn unlinked() -> Machine {
                 speculation: 0,
                 tile_overlap: false,
                 implementation: VruImpl::Serial,
+                leaders_per_cycle: 8,
+                spiky_from: 3,
                 subtile_queue: 16,
                 pixel_state: Bytes(8),
                 stop_latency: 0,
@@ -271,7 +273,7 @@ impl Dice {
         self.0.random_range(low..=high)
     }
 
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.0.random_range(0..from.len())]
     }
 

@@ -41,6 +41,7 @@ pub fn runs(workload: &FrameWorkload, design: &ResolvedUnits, tile: usize) -> Ve
         VruImpl::Parallel => tile.parallel(),
         VruImpl::Scan => tile.scan(),
         VruImpl::Serial | VruImpl::Swap => tile.one_by_one(),
+        way => unreachable!("{way:?} has a stepper of its own"),
     }
 }
 
@@ -93,7 +94,7 @@ impl<'a> Tile<'a> {
         let spec = &self.design.vru.spec;
         let units = match spec.implementation {
             VruImpl::Serial | VruImpl::Swap | VruImpl::Scan => spec.units_per_core,
-            VruImpl::Parallel => spec.units_per_core / self.stops.len() as u32,
+            _ => spec.units_per_core / self.stops.len() as u32,
         };
         let pixels = self.design.vru.subtile * self.design.vru.subtile;
         let mut rounds = 0;
