@@ -33,6 +33,7 @@ macro_rules! embedded {
 /// Machine files, the default first.
 pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore",
+    "axis-shared",
     "edge",
     "flicker",
     "gbu",
@@ -65,6 +66,7 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "resident-16nm",
     "flicker-28nm",
     "gbu-28nm",
+    "axis-28nm",
     "resident-28nm"
 );
 

@@ -42,6 +42,8 @@ pub enum Metric {
     SortingShare,
     /// DRAM bytes that are saved against the other machine, as a share.
     DramSaving,
+    /// Bytes that bursts of the DRAM move, over those on the other machine.
+    MovedRatio,
     /// Bytes that rendering reads from DRAM and that are saved against the other machine, as a
     /// share.
     FeatureSaving,
@@ -111,7 +113,7 @@ type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics but those of blocks.
-    const WHOLE: [Metric; 29] = [
+    const WHOLE: [Metric; 30] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -129,6 +131,7 @@ impl Metric {
         Metric::FeatureBytes,
         Metric::SortingShare,
         Metric::DramSaving,
+        Metric::MovedRatio,
         Metric::FeatureSaving,
         Metric::EvaluationShare,
         Metric::TrafficAt60,
@@ -168,6 +171,7 @@ impl Metric {
             Metric::FeatureBytes => ("feature_bytes", "MB", false, true),
             Metric::SortingShare => ("sorting_share", "", false, true),
             Metric::DramSaving => ("dram_saving", "", true, true),
+            Metric::MovedRatio => ("moved_ratio", "x", true, true),
             Metric::FeatureSaving => ("feature_saving", "", true, true),
             Metric::EvaluationShare => ("evaluation_share", "", true, true),
             Metric::TrafficAt60 => ("traffic_at_60", "GB/s", false, true),
@@ -252,6 +256,7 @@ impl Metric {
                 lists as f64 / of.dram_bytes() as f64
             }
             Metric::DramSaving => 1.0 - share(Totals::dram_bytes)?,
+            Metric::MovedRatio => share(|t| t.moved_bytes)?,
             Metric::FeatureSaving => 1.0 - share(|t| t.dram[2].0)?,
             Metric::EvaluationShare => share(|t| t.executed_evaluations)?,
             Metric::TrafficAt60 => per_frame(of.dram_bytes()) * 1e-3 * 60.0,

@@ -6,6 +6,7 @@ use powergs_core::machine::Machine;
 use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
 use powergs_core::stage::{Stall, stage};
 use powergs_core::workload::FrameWorkload;
+use powergs_dram::DramCommands;
 use powergs_energy::Component;
 use powergs_energy::action::Phase;
 
@@ -33,6 +34,8 @@ pub struct Totals {
     pub dram_pj: f64,
     /// DRAM bytes (read, written) by stage, order of `Phase::WORK`.
     pub dram: [(u64, u64); 3],
+    /// Bytes that bursts of the DRAM move, where the model of the memory has any.
+    pub moved_bytes: u64,
     /// Bytes of list entries that the CCUs write.
     pub list_bytes_written: u64,
     /// α evaluations whose pixel has not stopped.
@@ -117,6 +120,7 @@ impl Totals {
     fn add_cycles(&mut self, cycle: &CycleReport) {
         let timing = &cycle.timing;
         self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;
+        self.moved_bytes += timing.dram.commands.as_ref().map_or(0, DramCommands::moved_bytes);
         self.live_evaluations += cycle.live_evaluations;
         self.executed_evaluations += cycle.executed_evaluations;
         for unit in &timing.units {

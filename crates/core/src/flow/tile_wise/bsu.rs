@@ -22,7 +22,10 @@ use powergs_energy::action::{ActionCounts, ActionId, Phase, StageId};
 
 /// What the unit declares.
 pub const BSU: StageDecl = StageDecl {
-    units: Some(|m| m.of_type::<VruSpec>().cores * m.of_type::<GsuSpec>().bsu_per_core),
+    units: Some(|m| match m.of_type::<GsuSpec>() {
+        gsu if gsu.sorts() => m.of_type::<VruSpec>().cores * gsu.bsu_per_core,
+        _ => 0,
+    }),
     works: &[
         work("compare-exchange", 0, "One compare-exchange of a BSU.")
             .comparing(|_| 1)

@@ -21,6 +21,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     pitches(machine, &mut found);
     sizes(machine, &mut found);
     words(machine, &mut found);
+    order(machine, &mut found);
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
     binning::check(machine, &mut found);
@@ -118,6 +119,30 @@ fn organisation(m: &TileWise, found: &mut Found) {
             vru.pixel_state
         );
         found.add("vru.pixel-state", message);
+    }
+}
+
+/// Without an order nothing is known to be hidden.
+fn order(m: &TileWise, found: &mut Found) {
+    let (gsu, vru) = (&m.gsu, &m.vru);
+    if !gsu.sorts() && vru.termination != Termination::None {
+        let message = format!(
+            "`gsu.impl` = \"none\" contradicts `vru.termination` = \"{}\": without an order no \
+             pixel knows that the rest is hidden; set `vru.termination` = \"none\"",
+            vru.termination.name()
+        );
+        found.add("gsu.impl", message);
+        found.ends_with("vru.termination", "none");
+    }
+    let g = &m.geometry;
+    if !gsu.sorts() && g.sort_group != g.tile {
+        let message = format!(
+            "`gsu.impl` = \"none\" contradicts `geometry.sort-group` = {}: nobody looks through the \
+             list of a group; set `geometry.sort-group` = {}",
+            g.sort_group, g.tile
+        );
+        found.add("gsu.impl", message);
+        found.ends_with("geometry.sort-group", g.tile);
     }
 }
 

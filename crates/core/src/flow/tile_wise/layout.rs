@@ -63,6 +63,15 @@ pub enum AccessPattern {
         /// Arrays of [`Layout`] that are read.
         arrays: Arrays,
     },
+    /// Depths of entries of a list, in their feature records.
+    Depths {
+        /// First entry in [`FrameWorkload::list`].
+        start: u64,
+        /// Entries of the list.
+        entries: u64,
+        /// Those that are read, evenly among them.
+        taken: u64,
+    },
     /// Features and colours of entries of a list.
     Chunk {
         /// First entry in [`FrameWorkload::list`].
@@ -112,6 +121,8 @@ pub struct Layout<'a> {
     /// [`Plan::tiles`].
     tiles: &'a [u32],
     features: (u64, u64, u64),
+    /// Bytes of a depth.
+    depth: u64,
     /// Colours of further levels and features of second ones, in foveated frames.
     levels: [(u64, u64); 2],
     spill: u64,
@@ -174,6 +185,7 @@ impl<'a> Layout<'a> {
                 let start = region(c.intersecting_points * r.feature_pitch.0);
                 (start, r.feature.0, r.feature_pitch.0)
             },
+            depth: units.qsu.depth,
             // Plain frames have none, and nothing moves.
             levels: match &workload.fovea {
                 None => [(0, 0); 2],
@@ -248,6 +260,17 @@ impl<'a> Layout<'a> {
         }
     }
 
+    /// The depths that are read for a job.
+    pub fn depths(&self, job: &Job) -> AccessPattern {
+        let tiles = &self.tiles[job.tiles.start as usize..job.tiles.end as usize];
+        let of = |&tile: &u32| u64::from(self.workload.tiles[tile as usize].entries);
+        // Of a group, the first of its tiles that has as many stands for all of it.
+        let most = tiles.iter().map(of).max().unwrap_or(0);
+        let first = tiles.iter().find(|&tile| of(tile) == most);
+        let start = first.map_or(0, |&tile| self.workload.tiles[tile as usize].list_start);
+        AccessPattern::Depths { start: start.into(), entries: most, taken: job.depths }
+    }
+
     /// `bytes` of the spill region of `core`, for keys that its sorting buffer does not hold.
     pub fn spill(&self, core: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange { address: self.spill + u64::from(core) * REGION, bytes })
@@ -281,6 +304,13 @@ impl<'a> Layout<'a> {
                 AccessPattern::Lists { .. } => return None,
                 AccessPattern::Some { first, records, taken, arrays } => {
                     self.of_record((first, records), taken, arrays, step)?
+                }
+                AccessPattern::Depths { start, entries, taken } => {
+                    let at =
+                        (step < taken && entries > 0).then(|| start + step * entries / taken)?;
+                    let slot = self.workload.slot[self.workload.list[at as usize] as usize];
+                    let address = self.features.0 + u64::from(slot) * self.features.2;
+                    AddressRange { address, bytes: self.depth }
                 }
                 AccessPattern::Chunk { start, entries, load } => {
                     self.record(start, entries, load, step)?

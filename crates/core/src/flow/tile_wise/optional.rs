@@ -7,7 +7,7 @@ use super::{
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 13] = [
+pub(super) const OPTIONAL: [Optional; 14] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -40,14 +40,14 @@ pub(super) const OPTIONAL: [Optional; 13] = [
         what: "lists that it makes itself",
         switch: "binning.impl",
         keys: &["binning"],
-        with: &["binning.impl=append", "gsu.impl=sort"],
+        with: &["binning.impl=append", "gsu.impl=split"],
         is_there: |m| m.of_type::<BinningSpec>().implementation != BinningImpl::Free,
     },
     Optional {
         what: "`binning.impl` = \"append\"",
         switch: "binning.impl",
         keys: &["binning.block"],
-        with: &["binning.impl=append", "gsu.impl=sort"],
+        with: &["binning.impl=append", "gsu.impl=split"],
         is_there: |m| m.of_type::<BinningSpec>().implementation == BinningImpl::Append,
     },
     Optional {
@@ -60,9 +60,16 @@ pub(super) const OPTIONAL: [Optional; 13] = [
     Optional {
         what: "`gsu.impl` = \"update\"",
         switch: "gsu.impl",
-        keys: &["gsu.reuse-period"],
+        keys: &["gsu.reuse-period", "gsu.depth-update"],
         with: &["gsu.impl=update", "binning.impl=free"],
         is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Update,
+    },
+    Optional {
+        what: "`gsu.impl` = \"none\"",
+        switch: "gsu.impl",
+        keys: &["gsu.weights-per-cycle", "vru.divisions-per-cycle"],
+        with: &["gsu.impl=none", "vru.termination=none", "fovea=none"],
+        is_there: |m| !m.of_type::<GsuSpec>().sorts(),
     },
     Optional {
         what: "units with queues",

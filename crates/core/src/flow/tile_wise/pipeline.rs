@@ -314,6 +314,8 @@ fn outcome<O: Observer>(
 /// Units of all kinds in the machine.
 fn instances(units: &ResolvedUnits) -> u64 {
     let (gsu, vru) = (&units.qsu.spec, &units.vru.spec);
-    let per_core = [gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core].map(u64::from);
+    let sorters = |n: u32| if gsu.sorts() { n } else { 0 };
+    let per_core = [sorters(gsu.qsu_per_core), sorters(gsu.bsu_per_core), vru.units_per_core];
+    let per_core = per_core.map(u64::from);
     u64::from(units.ccu.spec.units) + u64::from(vru.cores) * per_core.iter().sum::<u64>()
 }

@@ -34,7 +34,10 @@ use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
 
 /// What the unit declares.
 pub const QSU: StageDecl = StageDecl {
-    units: Some(|m| m.of_type::<VruSpec>().cores * m.of_type::<GsuSpec>().qsu_per_core),
+    units: Some(|m| match m.of_type::<GsuSpec>() {
+        gsu if gsu.sorts() => m.of_type::<VruSpec>().cores * gsu.qsu_per_core,
+        _ => 0,
+    }),
     works: &[work("pivot-key", 0, "One key moved through a QSU in one pass: split or merged.")
         .comparing(|m| m.of_type::<GsuSpec>().comparisons())
         .a_cycle(|m| f64::from(m.of_type::<GsuSpec>().keys_per_cycle))],
@@ -43,6 +46,8 @@ pub const QSU: StageDecl = StageDecl {
     })],
     streams: &[
         reads("lists", "lists of tiles", &["results", "kept-lists"], ["spill-in", "records"]),
+        reads("depths", "depths of kept entries", &["results"], ["features", "survivors"])
+            .scattered(),
         writes("kept-lists", "sorted lists for the next frame", ["spill-out", "pixels"]),
         writes("spill-out", "keys that do not fit the buffer", ["kept-lists", "pixels"]),
         reads("spill-in", "the same on their way back", &["spill-out"], ["lists", "records"]),
@@ -118,7 +123,8 @@ pub struct Keys {
     pub passes: u32,
     /// Passes before these.
     pub before: u32,
-    /// Whether the BSUs sort all chunks before the passes, which merge them.
+    /// Whether chunks come in order: the BSUs sort them all before the passes, which merge them, or
+    /// no order is needed.
     pub merged: bool,
 }
 
@@ -138,6 +144,8 @@ pub struct Qsu {
     pub chunk: u64,
     /// Bytes of a key.
     pub key: u64,
+    /// Bytes of a depth.
+    pub depth: u64,
     /// The core's share of the sorting buffer, bytes.
     pub share: u64,
     /// Its banks.
@@ -146,12 +154,12 @@ pub struct Qsu {
 
 impl Qsu {
     /// Passes until every part of a list fits a chunk, if pivots split evenly; or until all chunks
-    /// are one part.
+    /// are one part. None where nobody sorts.
     pub fn passes(&self, entries: u64) -> u32 {
         let parts = u128::from(self.spec.comparisons()) + 1;
         let mut reach = u128::from(self.chunk);
         let mut passes = 0;
-        while reach < u128::from(entries) {
+        while self.spec.sorts() && reach < u128::from(entries) {
             reach *= parts;
             passes += 1;
         }

@@ -35,8 +35,12 @@ pub(super) fn regions(
         let Some(&first) = tiles.first() else { continue };
         let own = &mut all[region_of(first)].actions;
         rules.qsu.charge(&units.qsu, &job.keys, own, check);
-        let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
-        own.charge(Phase::Sorting, DRAM_READ, job.read + spill);
+        if job.keys.merged {
+            rules.bsu.charge(&units.bsu, &job.chunks(), own, check);
+        }
+        let spill = job.keys.round_trips() * units.qsu.overflow(&job.keys);
+        let depths = job.depths * units.qsu.depth;
+        own.charge(Phase::Sorting, DRAM_READ, job.read + depths + spill);
         own.charge(Phase::Sorting, DRAM_WRITE, job.kept + spill);
         let mut front = SortProgress::default();
         for &index in tiles {

@@ -131,7 +131,14 @@ impl ResolvedUnits {
         );
         Self {
             ccu: converter.with_lists(lists, binning.pointer_size.0),
-            qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
+            qsu: Qsu {
+                spec: gsu.clone(),
+                chunk,
+                key,
+                depth: u64::from(machine.tiles().record.depth_bits.div_ceil(8)),
+                share: shares.sorting,
+                banks: sorting,
+            },
             bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
             colour: Colour::of(machine, degree),
             vru: Vru {
@@ -144,6 +151,7 @@ impl ResolvedUnits {
                 pixels,
                 subtiles,
                 swapped,
+                weights: (!gsu.sorts()).then_some(gsu.weights_per_cycle),
                 discipline: Discipline::of(vru, subtiles, subtile_pixels, swap),
             },
             dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),

@@ -10,7 +10,7 @@ use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::qsu::Keys;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
-use crate::flow::tile_wise::{Assignment, GsuImpl};
+use crate::flow::tile_wise::{Assignment, DepthUpdate, GsuImpl};
 use crate::machine::Machine;
 use crate::workload::order::tiles as tile_order;
 use crate::workload::{FrameWorkload, TileWork};
@@ -26,6 +26,8 @@ pub struct Job {
     pub keys: Keys,
     /// Bytes of its list in DRAM.
     pub read: u64,
+    /// Entries whose depths are read before they are sorted.
+    pub depths: u64,
     /// Bytes of the updated list that is kept for the next frame.
     pub kept: u64,
     /// Where its list begins, in entries of the frame's lists.
@@ -137,8 +139,8 @@ impl Planner<'_> {
         let mine = &all[tiles.start as usize..tiles.end as usize];
         let works = || mine.iter().map(|&t| &self.workload.tiles[t as usize]);
         let mut keys = Keys::default();
-        let merged = qsu.spec.implementation == GsuImpl::Merge;
-        let mut kept = 0;
+        let merged = matches!(qsu.spec.implementation, GsuImpl::Merge | GsuImpl::None);
+        let (mut kept, mut depths) = (0, 0);
         let lists = group.as_ref().map_or(mine, std::slice::from_ref);
         if let Some(reuse) = self.context.reuse {
             for list in lists.iter().map(|&l| &reuse[l as usize]) {
@@ -147,6 +149,10 @@ impl Planner<'_> {
                 keys.sorted += new;
                 keys.passes = keys.passes.max(qsu.passes(new));
                 kept += u64::from(list.kept) + new;
+                depths += match qsu.spec.depth_update {
+                    DepthUpdate::Deferred => 0,
+                    DepthUpdate::Fetched => u64::from(list.kept),
+                };
             }
         } else if let Some(group) = group {
             let entries = u64::from(self.workload.groups[group as usize].entries);
@@ -166,9 +172,13 @@ impl Planner<'_> {
                 keys.passes = keys.passes.max(qsu.passes(entries));
             }
         }
+        if !qsu.spec.sorts() {
+            (keys.sorted, keys.passes) = (0, 0);
+        }
         Job {
             tiles,
             group,
+            depths,
             read: match self.context.lists {
                 Some(made) => match group {
                     Some(_) => made.shape().list_bytes(keys.held),

@@ -454,6 +454,23 @@ pub struct GsuSpec {
     #[serde(default = "reused_frames")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
     pub reuse_period: u32,
+    /// Who knows the depths of the entries that are kept.
+    #[serde(default = "deferred")]
+    pub depth_update: DepthUpdate,
+    /// Weights that are made of depths in a cycle, per core.
+    #[serde(default = "weights")]
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "depths per cycle"))]
+    pub weights_per_cycle: u32,
+}
+
+/// A75.
+fn deferred() -> DepthUpdate {
+    DepthUpdate::Deferred
+}
+
+/// A131.
+fn weights() -> u32 {
+    256
 }
 
 /// A126.
@@ -470,9 +487,15 @@ impl GsuSpec {
     /// Comparisons of a key with others in one pass: with pivots, or with the heads of other parts.
     pub fn comparisons(&self) -> u32 {
         match self.implementation {
-            GsuImpl::Sort | GsuImpl::Update => self.pivots,
+            GsuImpl::Split | GsuImpl::Update => self.pivots,
             GsuImpl::Merge => self.fan_in.saturating_sub(1),
+            GsuImpl::None => 0,
         }
+    }
+
+    /// Whether there are units that sort.
+    pub fn sorts(&self) -> bool {
+        self.implementation != GsuImpl::None
     }
 
     /// Frames after which every list is sorted from nothing; 1 for every frame.
@@ -487,11 +510,37 @@ impl GsuSpec {
 pub enum GsuImpl {
     /// Every list is split at pivots until its parts fit a chunk, and a chunk is sorted when it is
     /// needed, in every frame.
-    Sort,
+    Split,
     /// Every list is sorted chunk by chunk, and the chunks are merged, in every frame.
     Merge,
     /// The order of the frame before is updated, until `reuse-period` is over.
     Update,
+    /// Nobody sorts: blending does not depend on the order. Every entry has a weight by its depth,
+    /// sums are divided by those of the weights, and nothing stops.
+    None,
+}
+
+impl GsuImpl {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            GsuImpl::Split => "split",
+            GsuImpl::Merge => "merge",
+            GsuImpl::Update => "update",
+            GsuImpl::None => "none",
+        }
+    }
+}
+
+/// Who knows the depths of the entries that an updated list keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DepthUpdate {
+    /// The list: rendering, which reads the features of its entries anyway, has left them in it in
+    /// the frame before.
+    Deferred,
+    /// They are read from the projected records before the list is sorted.
+    Fetched,
 }
 
 /// The `[vru]` table.
@@ -546,6 +595,10 @@ pub struct VruSpec {
     #[serde(default = "spiky")]
     #[schemars(range(min = 1, max = 65536))]
     pub spiky_from: u32,
+    /// Pixels that are divided by the sum of their weights in a cycle, per core.
+    #[serde(default = "divisions")]
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels per cycle"))]
+    pub divisions_per_cycle: u32,
     /// State of a pixel that is not finished: transmittance and colour.
     pub pixel_state: Bytes,
     /// Cycles from the last pair of a sub-tile (or tile) that is needed until it is known to have
@@ -571,6 +624,11 @@ fn queued_entries() -> u32 {
 
 /// Units of 2x2 pixels.
 fn quad() -> u32 {
+    4
+}
+
+/// A131.
+fn divisions() -> u32 {
     4
 }
 

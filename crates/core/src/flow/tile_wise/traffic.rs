@@ -121,7 +121,7 @@ pub(crate) fn traffic(
     let mut sorting = StageTraffic::default();
     for job in &plan.jobs {
         let spill = job.keys.round_trips() * units.qsu.overflow(&job.keys);
-        sorting.read += job.read + spill;
+        sorting.read += job.read + job.depths * units.qsu.depth + spill;
         sorting.write += job.kept + spill;
     }
     let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));

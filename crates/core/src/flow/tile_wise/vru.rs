@@ -57,6 +57,9 @@ pub const VRU: StageDecl = StageDecl {
         )
         .priced_as("alpha"),
         work("blend", 11, "One blend of a splat into one pixel.").a_cycle(|_| 1.0),
+        work("weight", 12, "One weight made of a depth, where nobody sorts.").priced_as("alpha"),
+        work("normalise", 4, "One pixel divided by the sum of its weights.")
+            .priced_as("pixel-finish"),
         work("pixel-finish", 6, "One pixel finished: background added and written out."),
         work(
             "queue-entry",
@@ -252,6 +255,10 @@ pub const STOPPED_PIXEL: ActionId = work_id("stopped-pixel");
 const BLEND: ActionId = work_id("blend");
 /// A finished pixel, or as much for a colour of a further level.
 pub const PIXEL_FINISH: ActionId = work_id("pixel-finish");
+/// A weight of an entry.
+const WEIGHT: ActionId = work_id("weight");
+/// A pixel divided by the sum of its weights.
+const NORMALISE: ActionId = work_id("normalise");
 const QUEUE_ENTRY: ActionId = work_id("queue-entry");
 /// Features of the chunk that is being rendered.
 pub const FEATURE: BufferId = buffer_id("feature");
@@ -297,6 +304,8 @@ pub struct Vru {
     pub subtiles: u32,
     /// Words of the pixel state of a sub-tile in the pixel buffer; 0 where it stays in the units.
     pub swapped: u64,
+    /// Weights that are made of depths in a cycle, where nobody sorts.
+    pub weights: Option<u32>,
     /// How units go through sub-tiles; `None` where the counters of a chunk say everything.
     pub discipline: Option<Discipline>,
 }
@@ -370,6 +379,11 @@ impl Vru {
         (slots + again).max(u64::from(chunk.entries))
     }
 
+    /// Cycles in which the weights of the entries of a chunk are made of their depths.
+    fn weighing_cycles(&self, chunk: &ChunkWork) -> u64 {
+        self.weights.map_or(0, |rate| u64::from(chunk.entries.div_ceil(rate)))
+    }
+
     /// Cycles of `cycles` that pass while the queues of the chunk before are emptied: none of them
     /// where its units have been idle for so long.
     pub(crate) fn backlog(&self, work: &Render) -> u64 {
@@ -438,6 +452,7 @@ impl Unit for Vru {
 
     fn cycles(&self, work: &Render) -> u64 {
         let units = u64::from(self.spec.units_per_core);
+        let blending = self.blend_cycles(work) + self.weighing_cycles(&work.chunk);
         let finish = work.last.map_or(0, |tile| {
             let blends = match self.fovea.accumulators {
                 2 => tile.blends.max(tile.blends_2),
@@ -445,10 +460,19 @@ impl Unit for Vru {
             };
             let stall = blends * u64::from(self.spec.blend_stall);
             let open = if self.spec.tile_overlap { 0 } else { OPEN };
-            open + stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
+            let pixels = u64::from(tile.pixels).div_ceil(units);
+            // Sums are divided beside the next tile where that may enter.
+            let divided = match (self.weights, self.spec.tile_overlap) {
+                (None, _) => 0,
+                (Some(_), overlaps) => {
+                    let all = tile.pixels.div_ceil(self.spec.divisions_per_cycle);
+                    u64::from(all).saturating_sub(if overlaps { blending } else { 0 })
+                }
+            };
+            open + stall.div_ceil(units) + pixels.max(divided)
         });
         let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
-        (self.blend_cycles(work) + finish + drain).max(1)
+        (blending + finish + drain).max(1)
     }
 
     /// The features of a chunk are read once, while those of the next one arrive.
@@ -470,6 +494,11 @@ impl Unit for Vru {
         let live = self.live(work).min(alphas);
         actions.charge(stage, ALPHA, live + self.second_alphas(&work.chunk));
         actions.charge(stage, STOPPED_PIXEL, alphas - live);
+        if self.weights.is_some() {
+            actions.charge(stage, WEIGHT, work.chunk.entries.into());
+            let pixels = work.last.map_or(0, |tile| u64::from(tile.pixels));
+            actions.charge(stage, NORMALISE, pixels);
+        }
         let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, sram_write(FEATURE), features);
         let features = self.feature_reads(work) * self.features.word();

@@ -1,6 +1,7 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_core::flow::Tables;
+use powergs_core::flow::tile_wise::DepthUpdate;
 use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
     SecondMasterSpec,
@@ -120,9 +121,11 @@ fn unlinked() -> Machine {
                 spill: Spill::Overflow,
                 pivot_rule: PivotRule::Range,
                 depth: DepthKey::Fp16,
-                implementation: GsuImpl::Sort,
+                implementation: GsuImpl::Split,
                 fan_in: 2,
                 reuse_period: 2,
+                depth_update: DepthUpdate::Deferred,
+                weights_per_cycle: 256,
             },
             vru: VruSpec {
                 cores: 4,
@@ -138,6 +141,7 @@ fn unlinked() -> Machine {
                 implementation: VruImpl::Serial,
                 leaders_per_cycle: 8,
                 spiky_from: 3,
+                divisions_per_cycle: 4,
                 subtile_queue: 16,
                 pixel_state: Bytes(8),
                 stop_latency: 0,
@@ -332,9 +336,11 @@ impl Dice {
             spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
             pivot_rule: PivotRule::Range,
             depth: DepthKey::Fp16,
-            implementation: order.pick(&[GsuImpl::Sort, GsuImpl::Merge]),
+            implementation: order.pick(&[GsuImpl::Split, GsuImpl::Merge, GsuImpl::None]),
             fan_in: order.roll(2, 4),
             reuse_period: 2,
+            depth_update: order.pick(&[DepthUpdate::Deferred, DepthUpdate::Fetched]),
+            weights_per_cycle: order.roll(1, 5),
         };
         machine.tiles_mut().vru = VruSpec {
             cores: self.roll(1, 3),

@@ -60,8 +60,8 @@ pub(super) fn check(m: &TileWise, found: &mut Found) {
         found.ends_with(key, set);
     };
     if m.gsu.implementation == GsuImpl::Update {
-        let remedy = "updated lists lie back to back; set \"sort\"";
-        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "sort");
+        let remedy = "updated lists lie back to back; set \"split\"";
+        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "split");
     }
     if b.implementation == BinningImpl::TwoPass && m.schedule.overlap != Overlap::None {
         let overlap = "\"tiles\" or \"frames\"".to_owned();

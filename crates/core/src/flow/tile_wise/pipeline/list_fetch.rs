@@ -21,6 +21,7 @@ use crate::kernel::timeline::{Observer, State};
 use crate::stage::Stall;
 
 const LISTS: StreamId = STREAMS.id("lists");
+const DEPTHS: StreamId = STREAMS.id("depths");
 const SPILL_OUT: StreamId = STREAMS.id("spill-out");
 const SPILL_IN: StreamId = STREAMS.id("spill-in");
 
@@ -33,6 +34,8 @@ enum Waiting {
     BufferFull,
     /// Its list is being read.
     Reading(Arrival),
+    /// The depths of entries that it keeps are being read.
+    Depths(Arrival),
     /// The BSUs sort all of its chunks.
     Chunks(ListFetchPass),
     /// A QSU pass is in progress.
@@ -111,6 +114,14 @@ impl ListFetch {
             let left = match held.waits {
                 Waiting::Ready => continue,
                 Waiting::Reading(read) if shared.memory.at(read) <= now => {
+                    let job = &shared.plan.jobs[held.job as usize];
+                    if job.depths > 0 {
+                        let bytes = job.depths * shared.units.qsu.depth;
+                        let pattern = |layout: &Layout| layout.depths(job);
+                        let read = shared.issue(now, self.owner, DEPTHS, bytes, pattern);
+                        held.waits = Waiting::Depths(read);
+                        return;
+                    }
                     if held.keys.merged && held.keys.sorted > 0 {
                         let sort = shared.plan.jobs[held.job as usize].chunks();
                         let keys = sorter.sort(held.tile, sort, now, shared);
@@ -125,6 +136,7 @@ impl ListFetch {
                     }
                     held.keys.passes
                 }
+                Waiting::Depths(read) if shared.memory.at(read) <= now => held.keys.passes,
                 Waiting::Partitioning(pass) | Waiting::Chunks(pass)
                     if pass.is_done(now, shared) =>
                 {
@@ -133,6 +145,7 @@ impl ListFetch {
                 Waiting::ListIncomplete
                 | Waiting::BufferFull
                 | Waiting::Reading(_)
+                | Waiting::Depths(_)
                 | Waiting::Chunks(_)
                 | Waiting::Partitioning(_) => return,
             };
@@ -180,6 +193,7 @@ impl ListFetch {
                     held.waits = Waiting::Reading(read);
                 }
                 Waiting::Reading(_)
+                | Waiting::Depths(_)
                 | Waiting::Chunks(_)
                 | Waiting::Partitioning(_)
                 | Waiting::Ready => {}
@@ -212,6 +226,7 @@ impl ListFetch {
             Waiting::Chunks(pass) if pass.keys > now => State::Stalled(Stall::INPUT),
             Waiting::Partitioning(_) | Waiting::Chunks(_) => State::Stalled(SPILL),
             Waiting::Reading(_) if held.keys.held > 0 => State::Stalled(LIST),
+            Waiting::Depths(_) => State::Stalled(LIST),
             Waiting::Reading(_) | Waiting::ListIncomplete => State::Stalled(Stall::INPUT),
             Waiting::BufferFull | Waiting::Ready => State::Stalled(Stall::OUTPUT),
         }
@@ -231,7 +246,7 @@ impl ListFetch {
         let at = |arrival: Arrival| later(shared.memory.at(arrival));
         let working = self.working().map_or(NEVER, |held| match held.waits {
             Waiting::ListIncomplete | Waiting::BufferFull | Waiting::Ready => NEVER,
-            Waiting::Reading(read) => at(read),
+            Waiting::Reading(read) | Waiting::Depths(read) => at(read),
             Waiting::Partitioning(pass) | Waiting::Chunks(pass) => {
                 let spill = pass.spill.map_or(NEVER, at);
                 later(pass.busy).min(later(pass.keys)).min(spill)

@@ -22,6 +22,7 @@ enum Step {
     WantsList,
     WantsRoom,
     Reads(Ticket),
+    Depths(Ticket),
     /// A sort of all chunks, by its number.
     Chunks {
         sort: usize,
@@ -214,8 +215,15 @@ impl Core {
             let left = match &self.held[i].step {
                 Step::Ready => continue,
                 Step::Reads(ticket) if memory.is_done(*ticket, now) => {
+                    let job = &frame.plan.jobs[self.held[i].job];
+                    if job.depths > 0 {
+                        let span = memory.layout.depths(job);
+                        let bytes = job.depths * design.qsu.depth;
+                        self.held[i].step = Step::Depths(memory.read(now, "depths", bytes, span));
+                        return;
+                    }
                     // Chunks first, where they are merged.
-                    if keys.merged && keys.held > 0 {
+                    if keys.merged && keys.sorted > 0 {
                         let job = &frame.plan.jobs[self.held[i].job];
                         let tile = frame.plan.tiles_of(job)[0] as usize;
                         let all = Sort { keys: keys.held, filtered: 0 };
@@ -229,6 +237,7 @@ impl Core {
                     }
                     keys.passes
                 }
+                Step::Depths(ticket) if memory.is_done(*ticket, now) => keys.passes,
                 Step::Chunks { sort, spill }
                     if *sort < self.sorts_done
                         && spill.is_none_or(|ticket| memory.is_done(ticket, now)) =>
@@ -499,7 +508,7 @@ impl Core {
                 Step::WantsRoom | Step::Ready => 'o',
                 Step::WantsList => 'i',
                 Step::Reads(_) if frame.plan.jobs[held.job].keys.held == 0 => 'i',
-                Step::Reads(_) => 'l',
+                Step::Reads(_) | Step::Depths(_) => 'l',
                 Step::Chunks { sort, .. } if *sort < self.sorts_done => 's',
                 Step::Chunks { .. } => 'i',
                 Step::Passes { cycles: 0, bank: 0, .. } => 's',
