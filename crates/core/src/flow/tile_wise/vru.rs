@@ -384,6 +384,19 @@ impl Vru {
         self.weights.map_or(0, |rate| u64::from(chunk.entries.div_ceil(rate)))
     }
 
+    /// Cycles in which the pixels of a tile leave, behind a last chunk that takes so long. Sums are
+    /// divided beside the next tile where that may enter.
+    fn finish_cycles(&self, tile: &TileWork, blending: u64) -> u64 {
+        let pixels = u64::from(tile.pixels.div_ceil(self.spec.units_per_core));
+        match (self.weights, self.spec.tile_overlap) {
+            (None, _) => pixels,
+            (Some(_), overlaps) => {
+                let divided = u64::from(tile.pixels.div_ceil(self.spec.divisions_per_cycle));
+                pixels.max(divided.saturating_sub(if overlaps { blending } else { 0 }))
+            }
+        }
+    }
+
     /// Cycles of `cycles` that pass while the queues of the chunk before are emptied: none of them
     /// where its units have been idle for so long.
     pub(crate) fn backlog(&self, work: &Render) -> u64 {
@@ -460,16 +473,7 @@ impl Unit for Vru {
             };
             let stall = blends * u64::from(self.spec.blend_stall);
             let open = if self.spec.tile_overlap { 0 } else { OPEN };
-            let pixels = u64::from(tile.pixels).div_ceil(units);
-            // Sums are divided beside the next tile where that may enter.
-            let divided = match (self.weights, self.spec.tile_overlap) {
-                (None, _) => 0,
-                (Some(_), overlaps) => {
-                    let all = tile.pixels.div_ceil(self.spec.divisions_per_cycle);
-                    u64::from(all).saturating_sub(if overlaps { blending } else { 0 })
-                }
-            };
-            open + stall.div_ceil(units) + pixels.max(divided)
+            open + stall.div_ceil(units) + self.finish_cycles(&tile, blending)
         });
         let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
         (blending + finish + drain).max(1)
@@ -482,7 +486,8 @@ impl Unit for Vru {
         let mut stalls = self.features.excess(read, words, self.blend_cycles(work));
         if let Some(tile) = &work.last {
             let words = self.pixels.words(self.pixel_bytes(tile));
-            let finish = u64::from(tile.pixels).div_ceil(u64::from(self.spec.units_per_core));
+            let blending = self.blend_cycles(work) + self.weighing_cycles(&work.chunk);
+            let finish = self.finish_cycles(tile, blending);
             stalls += self.pixels.excess(0, words, finish);
         }
         stalls
