@@ -41,6 +41,7 @@ pub mod tile_wise;
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{
     CacheSummary, FlowOutcome, FoveaSummary, Foveal, ListOrder, OrderSummary, RegionWork,
+    StereoSummary,
 };
 
 /// A dataflow.

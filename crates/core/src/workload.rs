@@ -18,6 +18,7 @@ use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, FoveaCounters, Intersection, Splat};
 
 pub use bin::{bin, bin_for};
+pub(crate) use chunk::{ChunkScratch, TilePixels, push_chunks};
 
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.

@@ -45,6 +45,7 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore-nerarch",
     "gscore-powergs",
     "metasapiens",
+    "nebula",
     "neo",
     "vorion",
     "vorion-16"

@@ -29,6 +29,16 @@ pub enum Incompatible {
         /// Name of the machine.
         machine: String,
     },
+    /// A frame that the machine cannot show as half of a pair.
+    #[error("machine `{machine}` has `stereo.impl` = \"{way}\": {because}; or set \"separate\"")]
+    Stereo {
+        /// Name of the machine.
+        machine: String,
+        /// `stereo.impl`.
+        way: &'static str,
+        /// Why.
+        because: String,
+    },
     /// More splats than the numbers in list entries can tell apart.
     #[error(
         "the frame has {splats} splats with a tile, and the lists of machine `{machine}` number \

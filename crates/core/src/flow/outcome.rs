@@ -27,6 +27,8 @@ pub struct FlowOutcome {
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,
+    /// The second view of a pair, where it is made of the first one.
+    pub stereo: Option<StereoSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionWork>>,
 }
@@ -48,6 +50,7 @@ impl FlowOutcome {
             live_evaluations: evaluations,
             lists: None,
             cache: None,
+            stereo: None,
             fovea: None,
         }
     }
@@ -105,6 +108,23 @@ pub struct CacheSummary {
     pub hits: u64,
     /// Feature records read from DRAM.
     pub misses: u64,
+}
+
+/// What a second view that is made of the first one has of its own lists.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StereoSummary {
+    /// (Splat, tile) pairs that the first view handed on.
+    pub handed_on: u64,
+    /// Entries that the lists of the second view would have.
+    pub entries: u64,
+    /// Those that they have.
+    pub kept: u64,
+    /// Blends of the second view.
+    pub blends: u64,
+    /// Those that it loses, because their splats were not handed on.
+    pub lost_blends: u64,
+    /// The largest disparity of a splat that was handed on, pixels.
+    pub largest_disparity: f32,
 }
 
 /// Counters of a foveated frame.

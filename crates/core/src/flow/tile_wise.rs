@@ -23,6 +23,8 @@ pub mod regions;
 mod resolved;
 pub mod rules;
 pub mod schedule;
+pub mod second_eye;
+pub mod stereo;
 pub mod subtiles;
 mod tables;
 pub mod traffic;
@@ -61,18 +63,23 @@ pub use tables::*;
 
 use measures::CacheKey;
 use schedule::Plan;
+use stereo::PairWork;
 use subtiles::{ChunkRun, Discipline};
 use vru::{ALPHA, STOPPED_PIXEL};
 
 const KEY: &str = "tile-wise";
 
+/// Above all numbers of frames after which an order is made anew.
+const PAIRS: u32 = u32::MAX;
+
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 9] = [
+pub const STAGES: [&StageDecl; 10] = [
     &ccu::CCU,
     &qsu::QSU,
     &bsu::BSU,
     &vru::VRU,
     &vru::FRONTS,
+    &stereo::STEREO,
     &cache::CACHE,
     &lists::LISTS,
     &colour::CODEBOOK,
@@ -173,8 +180,12 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<u32> {
-        let period = machine.tiles().gsu.period();
-        (period > 1).then_some(period)
+        let (period, way) = (machine.tiles().gsu.period(), machine.tiles().stereo.implementation);
+        // Orders and second views exclude each other.
+        match way {
+            StereoImpl::Separate => (period > 1).then_some(period),
+            _ => Some(PAIRS - machine.tiles().stereo.lag - 1000 * way as u32),
+        }
     }
 
     fn hand_over(
@@ -185,6 +196,9 @@ impl Dataflow for TileWiseFlow {
         history: &mut History,
     ) -> Option<Handed> {
         let period = self.takes_over(machine)?;
+        if let Some(pair) = PairWork::of(machine.tiles(), work.of()?, eye, history) {
+            return Some(Box::new(pair));
+        }
         let reuse = measures::reuse(work.of()?, eye, period, history)?;
         Some(Box::new(reuse))
     }
@@ -221,6 +235,8 @@ pub struct FrameContext<'a> {
     /// What each chunk takes where units have to be followed through the sub-tiles; [`replay`] and
     /// its kin measure it themselves.
     pub runs: Option<&'a [ChunkRun]>,
+    /// Whether it is the second eye of a pair, whose lists come from the first one on chip.
+    pub derived: bool,
     /// What the `calibrated` model of the memory knows of the frame; [`replay`] and its kin measure
     /// it themselves.
     pub calibration: Option<&'a Calibration>,
@@ -282,7 +298,7 @@ pub fn replay_with(
     );
     assert_eq!(workload.detail, machine.tiles().detail(), "and of what else they need");
     let mut units = ResolvedUnits::for_frame(machine, workload);
-    let lists = machine.tiles().list_shape();
+    let lists = machine.tiles().list_shape().filter(|_| !context.derived);
     let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
     let context = FrameContext { lists: lists.as_deref(), ..context };
     let calibration = calibration(workload, machine, &context, memo);
@@ -338,6 +354,9 @@ fn run(
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
     let FrameTask { machine, memo, .. } = *task;
+    if let Some(pair) = task.before.and_then(|before| before.downcast_ref::<PairWork>()) {
+        return pair_frame(task, workload, pair, observer);
+    }
     let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let context = FrameContext {
@@ -346,13 +365,27 @@ fn run(
         ..FrameContext::default()
     };
     let replay = replay_with(workload, machine, context, memo, observer);
+    let mut outcome = outcome_of(task, workload, replay, context)?;
+    outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
+    Ok(outcome)
+}
+
+/// What comes of a frame that has run, without its cache.
+fn outcome_of(
+    task: &FrameTask<'_>,
+    workload: &FrameWorkload,
+    replay: FrameReplay,
+    context: FrameContext<'_>,
+) -> Result<FlowOutcome, SimError> {
+    let FrameTask { machine, memo, .. } = *task;
     if let Some(error) = &replay.rule_error {
         return Err(Incompatible::from(error.clone()).into());
     }
-    accounts::written(task.frame, workload, machine, &replay, reuse.is_some())?;
+    accounts::written(task.frame, workload, machine, &replay, context.reuse.is_some())?;
+    let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let lists = match reuse {
         Some(reuse) => Some(ListOrder::Reused(reuse.summary)),
-        None => task.checks_order.then(|| {
+        None => (task.checks_order && !context.derived).then(|| {
             let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
             ListOrder::Sorted(*order)
         }),
@@ -365,11 +398,43 @@ fn run(
         served: replay.served,
         unwritten_bytes: replay.unwritten,
         lists,
-        cache: cache.map(|cache| CacheSummary::of(&cache)),
+        cache: None,
+        stereo: None,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),
     })
+}
+
+/// A frame of a pair on a machine whose eyes share something.
+fn pair_frame(
+    task: &FrameTask<'_>,
+    workload: &FrameWorkload,
+    pair: &PairWork,
+    observer: &mut impl Observer,
+) -> Result<FlowOutcome, SimError> {
+    let machine = task.machine;
+    if let Some(refused) = pair.refusal(machine) {
+        return Err(refused.into());
+    }
+    let (separate, own) = (FrameTask { before: None, ..*task }, Memo::default());
+    let mut outcome = match pair {
+        PairWork::Second(made, Some(_)) => {
+            let hits: Vec<u32> = made.chunks.iter().map(|chunk| chunk.entries).collect();
+            let context =
+                FrameContext { hits: Some(&hits), derived: true, ..FrameContext::default() };
+            let replay = replay_with(made, machine, context, &own, observer);
+            outcome_of(&separate, made, replay, context)?
+        }
+        // What is kept of the frame is of its own lists.
+        PairWork::Second(made, None) => run(&FrameTask { memo: &own, ..separate }, made, observer)?,
+        _ => run(&separate, workload, observer)?,
+    };
+    pair.charge(machine, &mut outcome.actions);
+    if let PairWork::Second(_, summary) = pair {
+        outcome.stereo = *summary;
+    }
+    Ok(outcome)
 }
 
 /// The work of tile-wise machines.

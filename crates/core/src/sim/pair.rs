@@ -5,7 +5,7 @@
 
 use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,
-    OrderSummary, PaperReport, RegionReport, StageBytes,
+    OrderSummary, PaperReport, RegionReport, StageBytes, StereoSummary,
 };
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::workload::reuse::ReuseSummary;
@@ -99,6 +99,7 @@ impl Then for CycleReport {
             unwritten_bytes,
             lists,
             cache,
+            stereo,
             fovea,
         } = next;
         self.timing.then(timing);
@@ -118,6 +119,7 @@ impl Then for CycleReport {
             _ => None,
         };
         self.cache.then(cache);
+        self.stereo.then(stereo);
         self.fovea.then(fovea);
     }
 }
@@ -213,6 +215,17 @@ impl Then for CacheSummary {
     fn then(&mut self, next: CacheSummary) {
         self.hits += next.hits;
         self.misses += next.misses;
+    }
+}
+
+impl Then for StereoSummary {
+    fn then(&mut self, next: StereoSummary) {
+        self.handed_on += next.handed_on;
+        self.entries += next.entries;
+        self.kept += next.kept;
+        self.blends += next.blends;
+        self.lost_blends += next.lost_blends;
+        self.largest_disparity = self.largest_disparity.max(next.largest_disparity);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::flow::{CacheSummary, FoveaSummary, Foveal, ListOrder};
+use crate::flow::{CacheSummary, FoveaSummary, Foveal, ListOrder, StereoSummary};
 use crate::kernel::FrameTiming;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::ActionCounts;
@@ -79,6 +79,8 @@ pub struct CycleReport {
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,
+    /// The second view of a pair, where it is made of the first one.
+    pub stereo: Option<StereoSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }

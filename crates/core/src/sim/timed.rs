@@ -94,6 +94,7 @@ pub fn priced(
             unwritten_bytes: outcome.unwritten_bytes,
             lists: outcome.lists,
             cache: outcome.cache,
+            stereo: outcome.stereo,
             fovea: regions::priced(timed, prices),
         })),
     };

@@ -97,6 +97,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
                 inversions: n / 40,
             })),
             cache: Some(CacheSummary { hits: n, misses: n / 2 }),
+            stereo: None,
             fovea: Some(Foveal {
                 summary: fovea(n),
                 regions: std::array::from_fn(|k| region(n, k as u64)),

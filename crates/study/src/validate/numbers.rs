@@ -11,6 +11,8 @@ use super::{Metric, Workload};
 use powergs_scene::synth::Preset;
 
 const SIDE_MAX: u32 = 16_384;
+/// The largest distance of eyes, thousandths of a world unit.
+const EYES_MAX: usize = 1_000_000;
 /// Most views of a workload, and frames of its path.
 const VIEWS_MAX: usize = 1_000;
 const PATH_MAX: usize = 100_000;
@@ -182,6 +184,7 @@ struct WorkloadRecord {
     height: u32,
     views: usize,
     path: usize,
+    eyes: u32,
     quick: bool,
     why: String,
 }
@@ -207,6 +210,10 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
         between("views", record.views, 1, VIEWS_MAX)?;
         let least = if record.path == 0 { 0 } else { record.views + 1 };
         between("path", record.path, least, PATH_MAX)?;
+        between("eyes", record.eyes as usize, 0, EYES_MAX)?;
+        if record.eyes > 0 && record.path > 0 {
+            return Err(place.fault("eyes", &record.eyes.to_string(), "must be 0 on a path"));
+        }
         workloads.push(Workload {
             name: record.name,
             preset: record.preset,
@@ -214,6 +221,7 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
             size: (record.width, record.height),
             views: record.views,
             path: record.path,
+            eyes: record.eyes,
             quick: record.quick,
             why: record.why,
         });

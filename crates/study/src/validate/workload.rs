@@ -1,7 +1,7 @@
 //! The frames on which rows are measured.
 
 use powergs_scene::Camera;
-use powergs_scene::camera::edit::resized;
+use powergs_scene::camera::edit::{resized, stereo};
 use powergs_scene::camera::path::Path;
 use powergs_scene::synth::{Preset, cameras};
 
@@ -21,6 +21,9 @@ pub struct Workload {
     /// Where above zero: frames of a smooth path through the views of the preset, of which the
     /// first `views + 1` are taken. The first of these warms up and is not counted.
     pub path: usize,
+    /// Where above zero: thousandths of a world unit between the eyes that see each view, with square
+    /// pixels and the field of view across of the preset.
+    pub eyes: u32,
     /// Whether rows on it belong to a quick run.
     pub quick: bool,
     /// Which published statistics it matches.
@@ -54,6 +57,14 @@ impl Workload {
             let count = self.views.min(all.len());
             (0..count).map(|i| all[i * all.len() / count].clone()).collect()
         };
-        chosen.iter().map(|camera| resized(camera, width, height)).collect()
+        if self.eyes == 0 {
+            return chosen.iter().map(|camera| resized(camera, width, height)).collect();
+        }
+        let pair = |camera: &Camera| {
+            let mut own = resized(camera, width, height);
+            (own.fy, own.cy) = (own.fx, 0.5 * f64::from(height));
+            stereo(&own, 1e-3 * f64::from(self.eyes))
+        };
+        chosen.iter().flat_map(pair).collect()
     }
 }

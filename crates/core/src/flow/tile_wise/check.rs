@@ -2,7 +2,7 @@
 
 mod binning;
 
-use super::{FeatureSource, Fetch, Termination, TileWise, VruImpl};
+use super::{FeatureSource, Fetch, GsuImpl, StereoImpl, Termination, TileWise, VruImpl};
 use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;
@@ -24,6 +24,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     order(machine, &mut found);
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
+    stereo(machine, &mut found);
     binning::check(machine, &mut found);
     codebook(machine, &mut found);
     if found.is_empty() {
@@ -143,6 +144,48 @@ fn order(m: &TileWise, found: &mut Found) {
         );
         found.add("gsu.impl", message);
         found.ends_with("geometry.sort-group", g.tile);
+    }
+}
+
+/// Second views that are made of first ones.
+fn stereo(m: &TileWise, found: &mut Found) {
+    let (way, buffer) = (m.stereo.implementation, &m.stereo.buffer);
+    if way == StereoImpl::Separate {
+        return;
+    }
+    let mut excludes = |key: &'static str, value: String, remedy: &str, set: &str| {
+        let message = format!(
+            "`stereo.impl` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, or \
+             `stereo.impl` = \"separate\"",
+            way.name()
+        );
+        found.add("stereo.impl", message);
+        found.ends_with("stereo.impl", "separate");
+    };
+    if m.fovea.accumulators > 0 {
+        let remedy = "how levels are handed on is not known";
+        excludes("fovea.accumulators", m.fovea.accumulators.to_string(), remedy, "0");
+    }
+    if m.gsu.implementation == GsuImpl::Update {
+        let remedy = "an order is kept for each eye, and the second one has none";
+        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "\"split\"");
+    }
+    if m.ccu.fetch != Fetch::VisibleColour {
+        let remedy = "both eyes have the colours that were converted before sorting";
+        let value = serde_json::to_string(&m.ccu.fetch).unwrap_or_default();
+        excludes("ccu.fetch", value, remedy, "\"visible-colour\"");
+    }
+    let is_wrong = buffer.word == Bytes(0) || buffer.word > buffer.capacity;
+    if way == StereoImpl::Derived && is_wrong {
+        let message = format!(
+            "`stereo.buffer.word` = {} must be from 1 B to the capacity, {}",
+            buffer.word, buffer.capacity
+        );
+        found.add("stereo.buffer.word", message);
+    }
+    if buffer.capacity > SIZE_MAX {
+        let message = format!("`stereo.buffer.capacity` = {} is above {SIZE_MAX}", buffer.capacity);
+        found.add("stereo.buffer.capacity", message);
     }
 }
 

@@ -5,7 +5,7 @@
 //! words (A128 to A131).
 
 use super::subtiles::ChunkRun;
-use crate::workload::{ChunkWork, FrameWorkload, Pixels};
+use crate::workload::{ChunkWork, FrameWorkload, Geometry, Pixels};
 use powergs_frame::splat::{Ellipse, Splat};
 
 /// Mini-tiles along a side of the square that a test unit looks at together.
@@ -148,6 +148,36 @@ impl<'a> Lanes<'a> {
         let first = rows.0.clamp(i64::from(y0), i64::from(y1)) as u32;
         let end = rows.1.clamp(i64::from(first), i64::from(y1)) as u32;
         (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
+    }
+
+    /// Calls `each` for the sub-tiles in which an entry blends, with pixels of them: as often as it
+    /// has rows there.
+    pub(super) fn blends(&self, at: u32, geometry: Geometry, mut each: impl FnMut(usize, u64)) {
+        let (x0, y0, ..) = self.area;
+        let (side, n) = (geometry.subtiles_per_side(), geometry.subtile);
+        for (y, span) in self.spans(at) {
+            let Some([mut first, end]) = span else { continue };
+            while first < end {
+                let column = (first - x0) / n;
+                let last = (x0 + (column + 1) * n).min(end);
+                let live = self.live(y, [first, last], at);
+                if live > 0 {
+                    each(((y - y0) / n * side + column) as usize, live);
+                }
+                first = last;
+            }
+        }
+    }
+
+    /// Where its pixels stop, row by row.
+    pub(super) fn all_stops(&self) -> impl Iterator<Item = u32> + use<'a> {
+        let (x0, y0, x1, y1) = self.area;
+        let (pixels, width) = (self.pixels, self.width as usize);
+        let row = move |y: u32| {
+            let start = y as usize * width;
+            &pixels.iterated[start + x0 as usize..start + x1 as usize]
+        };
+        (y0..y1).flat_map(row).copied()
     }
 
     /// What an entry costs units that have the rows of the tile in turn. A row takes a cycle of its

@@ -2,12 +2,12 @@
 
 use super::{
     BinningImpl, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
-    GsuImpl, GsuSpec, Termination, VruImpl, VruSpec,
+    GsuImpl, GsuSpec, StereoImpl, StereoSpec, Termination, VruImpl, VruSpec,
 };
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 14] = [
+pub(super) const OPTIONAL: [Optional; 15] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -102,6 +102,13 @@ pub(super) const OPTIONAL: [Optional; 14] = [
             let is_alone = matches!(vru.implementation, VruImpl::Quads | VruImpl::Pixels);
             !is_alone && vru.termination != Termination::None
         },
+    },
+    Optional {
+        what: "`stereo.impl` = \"derived\"",
+        switch: "stereo.impl",
+        keys: &["stereo.lag", "stereo.buffer"],
+        with: &["stereo.impl=derived", "fovea=none"],
+        is_there: |m| m.of_type::<StereoSpec>().implementation == StereoImpl::Derived,
     },
     Optional {
         what: "colour units in its cores",

@@ -175,6 +175,10 @@ impl Planner<'_> {
         if !qsu.spec.sorts() {
             (keys.sorted, keys.passes) = (0, 0);
         }
+        // Lists that come on chip, in order.
+        if self.context.derived {
+            keys = Keys { merged: true, ..Keys::default() };
+        }
         Job {
             tiles,
             group,

@@ -53,6 +53,9 @@ pub struct TileWise {
     /// Cache of feature records between the feature buffers and the DRAM.
     #[serde(default)]
     pub cache: CacheSpec,
+    /// How the second view of a pair is made.
+    #[serde(default)]
+    pub stereo: StereoSpec,
     /// Which tile goes where, and what may overlap.
     pub schedule: ScheduleSpec,
     /// Timing rules from outside of this program.
@@ -63,7 +66,7 @@ pub struct TileWise {
 crate::flow::flow_tables!(
     TileWise,
     super::TileWiseFlow,
-    [geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, schedule,]
+    [geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, stereo, schedule,]
 );
 
 impl Machine {
@@ -116,7 +119,8 @@ impl TileWise {
     /// What it needs of a frame besides its lists.
     pub fn detail(&self) -> Detail {
         Detail {
-            pixels: self.vru.implementation.needs_pixels(),
+            pixels: self.vru.implementation.needs_pixels()
+                || self.stereo.implementation == StereoImpl::Derived,
             whole: self.vru.termination == Termination::None,
         }
     }
@@ -144,6 +148,7 @@ impl TileWise {
             buffers,
             binning,
             cache,
+            stereo,
             schedule,
             rules,
         } = self;
@@ -162,6 +167,9 @@ impl TileWise {
         }
         if cache.capacity.0 > 0 {
             add(serde_json::to_vec(cache));
+        }
+        if stereo.implementation != StereoImpl::Separate {
+            add(serde_json::to_vec(stereo));
         }
         for (unit, rule) in rules.names() {
             bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
@@ -927,6 +935,59 @@ impl CacheSpec {
         match self.eviction {
             Eviction::Lru => Victims::Lru,
             Eviction::ReuseDistance => Victims::Furthest { bits: self.distance_bits },
+        }
+    }
+}
+
+/// The `[stereo]` table: how the second view of a pair is made. Of no effect on single views.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct StereoSpec {
+    /// How much of the first view the second one uses.
+    #[serde(rename = "impl")]
+    pub implementation: StereoImpl,
+    /// Tiles that the second view is behind the first one: the largest disparity that is handed on.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "tiles"))]
+    pub lag: u32,
+    /// Feature records on their way from the first view to the second one, over all cores.
+    pub buffer: BufferSpec,
+}
+
+impl Default for StereoSpec {
+    /// Separate views; what there is where the file says only another way (A132).
+    fn default() -> StereoSpec {
+        StereoSpec {
+            implementation: StereoImpl::Separate,
+            lag: 4,
+            buffer: BufferSpec {
+                capacity: Bytes(64 << 10),
+                word: Bytes(32),
+                banks: 16,
+                ports: Ports::ReadOrWrite,
+            },
+        }
+    }
+}
+
+/// How the second view of a pair is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StereoImpl {
+    /// As any other frame.
+    Separate,
+    /// What both eyes see is converted once.
+    Shared,
+    /// The first view hands on what blends in it; the second one has no lists besides.
+    Derived,
+}
+
+impl StereoImpl {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StereoImpl::Separate => "separate",
+            StereoImpl::Shared => "shared",
+            StereoImpl::Derived => "derived",
         }
     }
 }

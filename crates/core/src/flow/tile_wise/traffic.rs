@@ -172,7 +172,7 @@ pub(super) fn actions(
         let end = Render { last: Some(*tile), ..Render::default() };
         rules.vru.charge(&units.vru, &end, &mut actions, check);
     }
-    if context.hits.is_some() {
+    if context.hits.is_some() && !context.derived {
         let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
         let (hits, misses) =
             loads.fold((0, 0), |sum, load| (sum.0 + load.hits, sum.1 + load.features));

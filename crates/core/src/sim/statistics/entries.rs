@@ -27,6 +27,7 @@ pub(super) fn all() -> Vec<Statistic> {
     memory::buffers(&mut list);
     checks::order(&mut list);
     checks::cache(&mut list);
+    checks::stereo(&mut list);
     checks::reuse(&mut list);
     fovea::fovea(&mut list);
     machine::actions(&mut list);

@@ -1,7 +1,7 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_core::flow::Tables;
-use powergs_core::flow::tile_wise::DepthUpdate;
+use powergs_core::flow::tile_wise::{DepthUpdate, StereoSpec};
 use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
     SecondMasterSpec,
@@ -80,6 +80,7 @@ fn unlinked() -> Machine {
         clock: Hertz(1e9),
         energy: "test".into(),
         tables: Tables::new(TileWise {
+            stereo: StereoSpec::default(),
             geometry: Geometry::REFERENCE,
             record: RecordSpec {
                 position: Bytes(6),

@@ -1,7 +1,7 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
-use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary};
+use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, StereoSummary};
 use crate::workload::reuse::ReuseSummary;
 
 /// A share of two counts; `None` where there is nothing to share.
@@ -54,6 +54,27 @@ pub(super) fn cache(list: &mut List) {
     real(list, "cache.hit_frac", "1", text, |f, _| {
         let c = cached(f)?;
         share(c.hits, c.hits + c.misses)
+    });
+}
+
+pub(super) fn stereo(list: &mut List) {
+    fn of(f: &FrameReport) -> Option<&StereoSummary> {
+        f.cycle()?.stereo.as_ref()
+    }
+    let text = "Pairs of splats and tiles that the first eye handed on to the second one.";
+    count(list, "stereo.handed_on", "1", text, |f| of(f).map(|s| s.handed_on));
+    let text = "Entries of the lists of the second eye, which are made of these.";
+    count(list, "stereo.kept", "1", text, |f| of(f).map(|s| s.kept));
+    let text = "Share of the entries of its own lists that the second eye needs, 0 to 1.";
+    real(list, "stereo.kept_frac", "1", text, |f, _| of(f).and_then(|s| share(s.kept, s.entries)));
+    let text = "Share of the blends of the second eye that it loses, because their splats blend \
+                nowhere under them in the first eye, 0 to 1.";
+    real(list, "stereo.lost_blends_frac", "1", text, |f, _| {
+        of(f).and_then(|s| share(s.lost_blends, s.blends))
+    });
+    let text = "Largest disparity of a splat that was handed on.";
+    real(list, "stereo.largest_disparity_px", "px", text, |f, _| {
+        of(f).map(|s| f64::from(s.largest_disparity))
     });
 }
 

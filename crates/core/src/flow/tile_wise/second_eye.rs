@@ -1,0 +1,372 @@
+//! The second view of a pair, as far as a machine makes it of the first one.
+//!
+//! The eyes of a pair look along parallel axes, so that a splat has the same depth and the same row
+//! in both, and in the second one lies further to the left by its disparity. What blends anywhere
+//! in a sub-tile of the first eye is handed on to the sub-tiles of the second one under it, shifted
+//! by that; the lists of the second eye are these splats and no others. What lies beside the image
+//! of the first eye was sorted for both and is handed on unseen.
+
+use rayon::prelude::*;
+
+use super::lanes::Lanes;
+use crate::flow::StereoSummary;
+use crate::workload::{
+    ChunkScratch, ChunkWork, FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TilePixels,
+    TileWork, push_chunks,
+};
+use powergs_frame::splat::Counters;
+
+/// No rank.
+const NONE: u32 = u32::MAX;
+
+/// What is known of the first view of a pair.
+#[derive(Debug)]
+pub struct FirstView {
+    geometry: Geometry,
+    /// Pixels of the image.
+    size: [u32; 2],
+    tiles_x: u32,
+    /// Rank by scene index, [`NONE`] where it is not visible.
+    rank_of: Vec<u32>,
+    /// Centres, by rank.
+    means: Vec<[f32; 2]>,
+    /// Where the entries of each rank begin in `entries`.
+    starts: Vec<u32>,
+    /// Tiles in which a splat blends, ascending, with the place of its sub-tiles in `bits`.
+    entries: Vec<(u32, u32)>,
+    /// Bitmaps of sub-tiles in which splats blend.
+    bits: Vec<u8>,
+}
+
+/// Why a second view cannot be made of the first one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoSecond {
+    /// The views of the pair are not of the same geometry and size.
+    Different,
+    /// A splat is in another row, by so many pixels.
+    Rows(f32),
+}
+
+/// The largest distance of rows that rounding explains, pixels.
+const ROWS: f32 = 0.5;
+
+impl FirstView {
+    /// Everything that is handed on; with `blended`, where its splats blend.
+    pub fn new(workload: &FrameWorkload, blended: bool) -> FirstView {
+        let most = workload.index.iter().max().map_or(0, |&index| index as usize + 1);
+        let mut rank_of = vec![NONE; most];
+        for (rank, &index) in (0..).zip(&workload.index) {
+            rank_of[index as usize] = rank;
+        }
+        let mut first = FirstView {
+            geometry: workload.geometry,
+            size: [workload.width, workload.height],
+            tiles_x: workload.tiles_x,
+            rank_of,
+            means: Vec::new(),
+            starts: Vec::new(),
+            entries: Vec::new(),
+            bits: Vec::new(),
+        };
+        if let (true, Some(pixels)) = (blended, &workload.pixels) {
+            first.means = pixels.splats.iter().map(|splat| splat.mean).collect();
+            first.find_blends(workload);
+        }
+        first
+    }
+
+    fn find_blends(&mut self, workload: &FrameWorkload) {
+        let bytes = workload.geometry.bitmap_bytes();
+        let tiles: Vec<Vec<(u32, Vec<u8>)>> = (0..workload.tiles.len())
+            .into_par_iter()
+            .map(|tile| {
+                let lanes = Lanes::new(workload, tile);
+                let work = &workload.tiles[tile];
+                let list = workload.list_of(work);
+                let of = |at: u32| {
+                    let mut bits = vec![0; bytes];
+                    lanes.blends(at, workload.geometry, |subtile, _| {
+                        bits[subtile / 8] |= 1 << (subtile % 8);
+                    });
+                    bits.iter().any(|&bits| bits != 0).then(|| (list[at as usize], bits))
+                };
+                (0..work.loaded).filter_map(of).collect()
+            })
+            .collect();
+        let mut starts = vec![0u32; workload.index.len() + 1];
+        for (rank, _) in tiles.iter().flatten() {
+            starts[*rank as usize + 1] += 1;
+        }
+        for rank in 0..workload.index.len() {
+            starts[rank + 1] += starts[rank];
+        }
+        let mut next = starts.clone();
+        self.entries = vec![(0, 0); starts.last().map_or(0, |&n| n as usize)];
+        for (tile, own) in (0..).zip(tiles) {
+            for (rank, bits) in own {
+                let place = &mut next[rank as usize];
+                self.entries[*place as usize] = (tile, self.bits.len() as u32);
+                *place += 1;
+                self.bits.extend(bits);
+            }
+        }
+        self.starts = starts;
+    }
+
+    /// (Splat, tile) pairs that are handed on.
+    pub fn handed_on(&self) -> u64 {
+        self.entries.len() as u64
+    }
+
+    fn rank(&self, index: u32) -> Option<u32> {
+        self.rank_of.get(index as usize).copied().filter(|&rank| rank != NONE)
+    }
+
+    /// Whether a splat blends in a sub-tile, given by column and row in the image.
+    fn blends(&self, rank: u32, column: i64, row: u32) -> bool {
+        let side = self.geometry.subtiles_per_side();
+        let Ok(column) = u32::try_from(column) else { return true };
+        if column >= self.size[0].div_ceil(self.geometry.subtile) {
+            return true;
+        }
+        let tile = row / side * self.tiles_x + column / side;
+        let range = self.starts[rank as usize] as usize..self.starts[rank as usize + 1] as usize;
+        let entries = &self.entries[range];
+        let Ok(at) = entries.binary_search_by_key(&tile, |entry| entry.0) else { return false };
+        let bit = (row % side * side + column % side) as usize;
+        self.bits[entries[at].1 as usize + bit / 8] >> (bit % 8) & 1 == 1
+    }
+}
+
+/// The second view, with lists of what the first one handed on, whose disparity is at most `reach`
+/// pixels.
+///
+/// # Errors
+/// [`NoSecond`]: views that are no pair.
+pub fn derived(
+    first: &FirstView,
+    second: &FrameWorkload,
+    reach: f32,
+) -> Result<(FrameWorkload, StereoSummary), NoSecond> {
+    check(first, second)?;
+    let pixels = second.pixels.as_ref().ok_or(NoSecond::Different)?;
+    // Disparity, by rank; none of splats that the first view does not show at all.
+    let shift = |(splat, &index): (&powergs_frame::splat::Splat, &u32)| {
+        let rank = first.rank(index)?;
+        let mean = first.means[rank as usize];
+        Some((rank, mean[0] - splat.mean[0], (mean[1] - splat.mean[1]).abs()))
+    };
+    let shifts: Vec<Option<(u32, f32, f32)>> =
+        pixels.splats.par_iter().zip(&second.index).map(shift).collect();
+    let is_seen = |rank: u32| first.starts[rank as usize + 1] > first.starts[rank as usize];
+    let rows = shifts.iter().flatten().filter(|s| is_seen(s.0)).map(|s| s.2);
+    if let Some(rows) = rows.fold(None, |most: Option<f32>, r| Some(most.map_or(r, |m| m.max(r))))
+        && rows > ROWS
+    {
+        return Err(NoSecond::Rows(rows));
+    }
+    let parts: Vec<(Part, [u64; 3], f32)> = (0..second.tiles.len())
+        .into_par_iter()
+        .map(|tile| Maker { first, second, shifts: &shifts, reach }.tile(tile))
+        .collect();
+    let mut summary = StereoSummary { handed_on: first.handed_on(), ..StereoSummary::default() };
+    let mut made = FrameWorkload {
+        tiles: Vec::with_capacity(second.tiles.len()),
+        list: Vec::new(),
+        bitmaps: Vec::new(),
+        chunks: Vec::new(),
+        stops: Vec::new(),
+        storage: Vec::new(),
+        groups: Vec::new(),
+        counters: Counters::default(),
+        pixels: Some(crate::workload::Pixels {
+            splats: pixels.splats.clone(),
+            iterated: pixels.iterated.clone(),
+        }),
+        index: second.index.clone(),
+        depth: second.depth.clone(),
+        slot: second.slot.clone(),
+        ..FrameWorkload::empty(second.geometry)
+    };
+    (made.width, made.height) = (second.width, second.height);
+    (made.tiles_x, made.tiles_y) = (second.tiles_x, second.tiles_y);
+    (made.sh_degree, made.detail) = (second.sh_degree, second.detail);
+    for (tile, (mut part, [entries, blends, lost], disparity)) in (0..).zip(parts) {
+        summary.entries += entries;
+        summary.blends += blends;
+        summary.lost_blends += lost;
+        summary.largest_disparity = summary.largest_disparity.max(disparity);
+        part.work.list_start = made.list.len() as u32;
+        part.work.chunk_start = made.chunks.len() as u32;
+        summary.kept += u64::from(part.work.entries);
+        made.tiles.push(part.work);
+        made.list.extend(part.list);
+        made.bitmaps.extend(part.bitmaps);
+        made.chunks.extend(part.chunks);
+        made.stops.extend(part.stops);
+        let (x0, y0, x1, _) = made.pixels_of(tile);
+        if let Some(all) = &mut made.pixels {
+            let width = (x1 - x0) as usize;
+            for (y, row) in (y0..).zip(part.iterated.chunks_exact(width.max(1))) {
+                let start = y as usize * second.width as usize + x0 as usize;
+                all.iterated[start..start + width].copy_from_slice(row);
+            }
+        }
+    }
+    Ok((made, summary))
+}
+
+fn check(first: &FirstView, second: &FrameWorkload) -> Result<(), NoSecond> {
+    let same = first.geometry == second.geometry && first.size == [second.width, second.height];
+    if same { Ok(()) } else { Err(NoSecond::Different) }
+}
+
+/// A tile of the second view.
+struct Part {
+    work: TileWork,
+    list: Vec<u32>,
+    bitmaps: Vec<u8>,
+    chunks: Vec<ChunkWork>,
+    stops: Vec<[u32; 4]>,
+    iterated: Vec<u32>,
+}
+
+struct Maker<'a> {
+    first: &'a FirstView,
+    second: &'a FrameWorkload,
+    shifts: &'a [Option<(u32, f32, f32)>],
+    reach: f32,
+}
+
+impl Maker<'_> {
+    /// A tile, with the entries that its own list had, what blended of them and what of that is
+    /// lost, and the largest disparity.
+    fn tile(&self, tile: usize) -> (Part, [u64; 3], f32) {
+        let (w, g) = (self.second, self.second.geometry);
+        let (bytes, work) = (g.bitmap_bytes(), &w.tiles[tile]);
+        let lanes = Lanes::new(w, tile);
+        let list = w.list_of(work);
+        let bitmaps = &w.bitmaps[work.list_start as usize * bytes..][..list.len() * bytes];
+        let mut part = Part {
+            work: TileWork { pixels: work.pixels, ..TileWork::default() },
+            list: Vec::new(),
+            bitmaps: Vec::new(),
+            chunks: Vec::new(),
+            stops: Vec::new(),
+            iterated: Vec::new(),
+        };
+        // Entries that are kept in front of each list position.
+        let mut before = Vec::with_capacity(list.len() + 1);
+        let (mut blends, mut lost, mut disparity) = (0u64, 0u64, 0f32);
+        let mut bits = vec![0u8; bytes];
+        for (at, &rank) in (0u32..).zip(list) {
+            before.push(part.list.len() as u32);
+            bits.fill(0);
+            let own = &bitmaps[at as usize * bytes..][..bytes];
+            if self.shifts[rank as usize].is_none() {
+                bits.copy_from_slice(own);
+            }
+            if let Some((first, shift, _)) = self.shifts[rank as usize]
+                && shift.abs() <= self.reach
+            {
+                for subtile in (0..g.subtiles() as usize).filter(|s| own[s / 8] >> (s % 8) & 1 == 1)
+                {
+                    if self.is_handed_on(first, shift, tile, subtile) {
+                        bits[subtile / 8] |= 1 << (subtile % 8);
+                    }
+                }
+                if bits.iter().any(|&bits| bits != 0) {
+                    disparity = disparity.max(shift.abs());
+                }
+            }
+            if at < work.loaded {
+                lanes.blends(at, g, |subtile, pixels| {
+                    blends += pixels;
+                    lost += if bits[subtile / 8] >> (subtile % 8) & 1 == 0 { pixels } else { 0 };
+                });
+            }
+            if bits.iter().any(|&bits| bits != 0) {
+                part.list.push(rank);
+                part.bitmaps.extend(&bits);
+            }
+        }
+        before.push(part.list.len() as u32);
+        let stops = lanes.all_stops();
+        part.iterated = stops.map(|stop| before[(stop as usize).min(list.len())]).collect();
+        self.count(tile, &mut part);
+        part.work.blends = work.blends.saturating_sub(lost);
+        (part, [u64::from(work.entries), blends, lost], disparity)
+    }
+
+    /// Whether a splat comes to a sub-tile: it blends in one of those under it in the first view.
+    fn is_handed_on(&self, rank: u32, shift: f32, tile: usize, subtile: usize) -> bool {
+        let g = self.second.geometry;
+        let (side, n) = (g.subtiles_per_side(), i64::from(g.subtile));
+        let (x0, y0, ..) = self.second.pixels_of(tile);
+        let row = y0 / g.subtile + subtile as u32 / side;
+        let x = i64::from(x0) + i64::from(subtile as u32 % side) * n;
+        let columns = [x, x + n - 1].map(|x| (x as f64 + f64::from(shift)).round() as i64);
+        let [first, last] = columns.map(|x| x.div_euclid(n));
+        (first..=last).any(|column| self.first.blends(rank, column, row))
+    }
+
+    fn count(&self, tile: usize, part: &mut Part) {
+        let g = self.second.geometry;
+        let (x0, _, x1, _) = self.second.pixels_of(tile);
+        let (n, most) = (part.list.len() as u32, part.iterated.iter().copied().max().unwrap_or(0));
+        let work = &mut part.work;
+        work.entries = n;
+        work.alpha_evaluations = part.iterated.iter().map(|&i| u64::from(i)).sum();
+        work.chunks = most.div_ceil(g.chunk).max(u32::from(n > 0));
+        work.loaded = (u64::from(work.chunks) * u64::from(g.chunk)).min(u64::from(n)) as u32;
+        let pixels =
+            TilePixels { width: x1 - x0, iterated: &part.iterated, both: &[], seconds: &[] };
+        let mut scratch = ChunkScratch::default();
+        let (chunks, stops) = (&mut part.chunks, &mut part.stops);
+        push_chunks(g, work, pixels, &part.bitmaps, &mut scratch, chunks, stops);
+    }
+}
+
+/// The second view where both are converted together: what the first one has converted is not read
+/// and converted again. Its records, whose centres are others, and its lists are written, and these
+/// are sorted, as before.
+///
+/// # Errors
+/// [`NoSecond`]: views that are no pair.
+pub fn shared(first: &FirstView, second: &FrameWorkload) -> Result<FrameWorkload, NoSecond> {
+    check(first, second)?;
+    let mut made = second.clone();
+    let mut pairs = vec![0u32; second.index.len()];
+    second.list.iter().for_each(|&rank| pairs[rank as usize] += 1);
+    let splats = second.counters.intersecting_points;
+    let mut storage = vec![StoragePrefix::default(); splats.div_ceil(STORAGE_BLOCK) as usize];
+    let mut extras = 0;
+    let with_tile = (0..second.slot.len()).filter(|&rank| second.slot[rank] != u32::MAX);
+    for rank in with_tile {
+        let own = &mut storage[second.slot[rank] as usize / STORAGE_BLOCK as usize];
+        let is_extra = first.rank(second.index[rank]).is_none();
+        own.survivors += u32::from(is_extra);
+        own.prepared += u32::from(is_extra);
+        own.splats += 1;
+        own.pairs += pairs[rank];
+        extras += u64::from(is_extra);
+    }
+    let mut sum = StoragePrefix::default();
+    // Box tests are spread as pairs are.
+    let (tests, all) = (second.counters.obb_tests, second.counters.tile_pairs.max(1));
+    for own in &mut storage {
+        sum.survivors += own.survivors;
+        sum.prepared += own.prepared;
+        sum.splats += own.splats;
+        sum.pairs += own.pairs;
+        sum.tests = (u128::from(tests) * u128::from(sum.pairs) / u128::from(all)) as u32;
+        *own = sum;
+    }
+    made.storage = storage;
+    made.index.iter_mut().zip(&second.slot).for_each(|(index, &slot)| {
+        *index = if slot == u32::MAX { *index } else { slot };
+    });
+    let c = &mut made.counters;
+    (c.points, c.survivors, c.obb_prepared) = (splats, extras, extras);
+    Ok(made)
+}

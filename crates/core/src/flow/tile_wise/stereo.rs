@@ -1,0 +1,197 @@
+//! Two eyes (`stereo.impl`; A132): what the unit between them declares, and what is handed on.
+//!
+//! With `derived` the first eye of a pair is rendered as any frame. What of a tile blends is
+//! re-projected, a record a cycle beside rendering, into a buffer between the eyes; `lag` tiles
+//! behind, records of neighbouring tiles are merged by depth, and rendering units take them as the
+//! lists of the second eye. Nothing of it is converted, sorted or read from DRAM. With `shared` a
+//! Gaussian is converted once for both eyes.
+
+use super::second_eye::{FirstView, NoSecond, derived, shared};
+use super::{StereoImpl, StereoSpec, TileWise, VruSpec};
+use crate::flow::{History, Incompatible, StereoSummary};
+use crate::machine::Machine;
+use crate::stage::{
+    Bias, StageDecl, buffer, buffer_id, omit, part, sram_read, sram_write, work, work_id,
+};
+use crate::workload::FrameWorkload;
+use powergs_base::quantity::Bytes;
+use powergs_energy::action::{ActionCounts, ActionId, BufferId, Memory, Phase};
+use powergs_frame::scene::Eye;
+
+/// What the unit between two eyes declares.
+pub const STEREO: StageDecl = StageDecl {
+    units: Some(|m| if is_derived(m) { m.of_type::<VruSpec>().cores } else { 0 }),
+    works: &[
+        work("reproject", 5, "One record that blends moved to its place in the second eye.")
+            .a_cycle(|_| 1.0)
+            .priced_as("alpha"),
+        work("merge", 0, "One record chosen from those of neighbouring tiles, nearest first.")
+            .comparing(|m| m.of_type::<StereoSpec>().lag.saturating_sub(1))
+            .a_cycle(|_| 1.0)
+            .priced_as("pivot-key"),
+    ],
+    buffers: &[buffer("between_eyes", "stereo.buffer", |m| {
+        let memory = m.of_type::<StereoSpec>().buffer.shared(m.of_type::<VruSpec>().cores);
+        match is_derived(m) {
+            true => memory,
+            false => Memory { bank: Bytes(0), banks: 0, ..memory },
+        }
+    })
+    .full()],
+    parts: &[part("rows", "Rows that are merged: `stereo.lag`.", |m| {
+        f64::from(m.of_type::<StereoSpec>().lag)
+    })],
+    omits: &[omit("a buffer between the eyes that is full", Bias::Optimistic, "A132")
+        .by("stereo.impl = \"derived\"", is_derived)],
+    behind: &["A132"],
+    ..StageDecl::new(
+        "stereo",
+        "stereo units",
+        Phase::Rendering,
+        "Between the eyes of a pair: re-projects what blends in the first one, and merges it into \
+         the lists of the second one (`stereo.impl = \"derived\"`). Keys: `stereo`.",
+    )
+};
+
+fn is_derived(m: &Machine) -> bool {
+    m.of_type::<StereoSpec>().implementation == StereoImpl::Derived
+}
+
+const REPROJECT: ActionId = work_id("reproject");
+const MERGE: ActionId = work_id("merge");
+/// Records between the eyes.
+const RECORDS: BufferId = buffer_id("between_eyes");
+
+/// The share of the blends of a second view that may be lost (A132): what the first eye does not see
+/// is one to three hundredths of them, and no more than that is left out in silence.
+const LOST: f64 = 0.05;
+
+/// What a frame of a pair is handed.
+#[derive(Debug)]
+pub enum PairWork {
+    /// The first eye: records that it hands on.
+    First(u64),
+    /// The second eye, as the machine makes it.
+    Second(Box<FrameWorkload>, Option<StereoSummary>),
+    /// A frame that the machine cannot show as half of a pair, and why.
+    Refused(Refusal),
+}
+
+/// Why a frame cannot be shown as half of a pair.
+#[derive(Debug, Clone)]
+pub enum Refusal {
+    /// It is a single view.
+    Single,
+    /// Both views are no pair of this kind.
+    NoPair(NoSecond),
+    /// Too much of the second view is lost.
+    Lost(StereoSummary),
+}
+
+impl PairWork {
+    /// What a frame of a pair is handed; `None` where views are separate.
+    pub(super) fn of(
+        tiles: &TileWise,
+        workload: &FrameWorkload,
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> Option<PairWork> {
+        let way = tiles.stereo.implementation;
+        let is_derived = match way {
+            StereoImpl::Separate => return None,
+            StereoImpl::Shared => false,
+            StereoImpl::Derived => true,
+        };
+        Some(match eye {
+            None => PairWork::Refused(Refusal::Single),
+            Some(Eye::Left) => {
+                let first = FirstView::new(workload, is_derived);
+                let records = first.handed_on();
+                history.keep(eye, first);
+                PairWork::First(records)
+            }
+            Some(Eye::Right) => match history.take::<FirstView>(Some(Eye::Left)) {
+                None => PairWork::Refused(Refusal::Single),
+                Some(first) => PairWork::second(tiles, &first, workload),
+            },
+        })
+    }
+
+    fn second(tiles: &TileWise, first: &FirstView, workload: &FrameWorkload) -> PairWork {
+        let (lag, tile) = (tiles.stereo.lag, tiles.geometry.tile);
+        let made = match tiles.stereo.implementation {
+            StereoImpl::Derived => derived(first, workload, (lag * tile) as f32)
+                .map(|(made, summary)| (made, Some(summary))),
+            _ => shared(first, workload).map(|made| (made, None)),
+        };
+        match made {
+            Err(why) => PairWork::Refused(Refusal::NoPair(why)),
+            Ok((_, Some(summary))) if summary.lost_share() > LOST => {
+                PairWork::Refused(Refusal::Lost(summary))
+            }
+            Ok((made, summary)) => PairWork::Second(Box::new(made), summary),
+        }
+    }
+
+    /// The refusal of a frame.
+    pub(super) fn refusal(&self, machine: &Machine) -> Option<Incompatible> {
+        let PairWork::Refused(why) = self else { return None };
+        let spec = &machine.tiles().stereo;
+        let because = match why {
+            Refusal::Single => {
+                "the frame is no half of a pair, left eye first: extract the trace with --stereo"
+                    .to_owned()
+            }
+            Refusal::NoPair(NoSecond::Different) => {
+                "the views of the pair have different sizes: extract them with --stereo".to_owned()
+            }
+            Refusal::NoPair(NoSecond::Rows(rows)) => format!(
+                "a splat is {rows:.1} rows lower in one eye than in the other: the eyes do not look \
+                 along parallel axes; extract them with --stereo"
+            ),
+            Refusal::Lost(summary) => format!(
+                "{:.1} % of what blends in the second eye was not handed on by the first one: \
+                 disparities of more than `stereo.lag` = {} tiles of `geometry.tile` = {} pixels \
+                 are lost, and so is what the first eye does not see; enlarge `stereo.lag`, or \
+                 extract with eyes that are nearer to each other",
+                100.0 * summary.lost_share(),
+                spec.lag,
+                machine.tiles().geometry.tile
+            ),
+        };
+        Some(Incompatible::Stereo {
+            machine: machine.name.clone(),
+            way: spec.implementation.name(),
+            because,
+        })
+    }
+
+    /// Charges what the unit between the eyes does in a frame.
+    pub(super) fn charge(&self, machine: &Machine, actions: &mut ActionCounts) {
+        let spec = &machine.tiles().stereo;
+        if spec.implementation != StereoImpl::Derived {
+            return;
+        }
+        let word = spec.buffer.word.0.max(1);
+        let record = machine.tiles().record.feature.0.next_multiple_of(word);
+        match self {
+            PairWork::First(records) => {
+                actions.charge(Phase::Rendering, REPROJECT, *records);
+                actions.charge(Phase::Rendering, sram_write(RECORDS), records * record);
+            }
+            PairWork::Second(made, _) => {
+                let records = made.list.len() as u64;
+                actions.charge(Phase::Rendering, MERGE, records);
+                actions.charge(Phase::Rendering, sram_read(RECORDS), records * record);
+            }
+            PairWork::Refused(_) => {}
+        }
+    }
+}
+
+impl StereoSummary {
+    /// Share of the blends of the second view that are lost.
+    pub fn lost_share(&self) -> f64 {
+        self.lost_blends as f64 / self.blends.max(1) as f64
+    }
+}
