@@ -18,5 +18,6 @@ mod resident;
 mod run;
 mod second_master;
 mod sh_degree;
+mod stereo;
 mod store;
 mod workload;

@@ -962,7 +962,7 @@ impl Default for StereoSpec {
             buffer: BufferSpec {
                 capacity: Bytes(64 << 10),
                 word: Bytes(32),
-                banks: 16,
+                banks: 4,
                 ports: Ports::ReadOrWrite,
             },
         }
