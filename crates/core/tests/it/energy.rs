@@ -85,6 +85,13 @@ const UNLIKE_RESIDENT: [&str; 11] = [
     "raster.engines=2",
 ];
 
+/// A machine with test units, and one with a unit between two eyes, which one with everything else
+/// cannot have.
+const UNLIKE_PARTS: [&[&str]; 2] = [
+    &["vru.impl=leaders", "geometry.subtile=4", "vru.leaders-per-cycle=16", "fovea.accumulators=0"],
+    &["stereo.impl=derived", "stereo.lag=8", "fovea.accumulators=0"],
+];
+
 /// Machines of every dataflow that have another amount of everything than the one that prices are
 /// for, on the flat memory, and `more` where they have such keys; those that a table has the prices
 /// for.
@@ -92,7 +99,8 @@ pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
     let all = [("gscore", &UNLIKE[..]), ("vorion", &UNLIKE_RESIDENT[..])];
     let with_machines = flow::all().filter(|flow| flow.example().is_some());
     assert_eq!(all.len(), with_machines.count(), "one of each dataflow");
-    let all = all.iter().map(|(name, sets)| {
+    let parts = UNLIKE_PARTS.map(|sets| ("gscore", sets));
+    let all = all.iter().chain(&parts).map(|(name, sets)| {
         let mut sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         sets.push("dram.model=bandwidth".to_owned());
         if table.name.contains("rtl") {
@@ -105,7 +113,7 @@ pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
         Machine::parse_with(text, &sets).ok()
     });
     let known = |machine: &Machine| {
-        let priced = stages().iter().filter(|stage| machine.has_stage(stage.key));
+        let priced = stages().iter().filter(|stage| stage.count(machine) > 0);
         priced
             .filter(|s| s.units.is_some() && s.counted_in.is_none())
             .all(|stage| table.leakage.contains_key(stage.key))

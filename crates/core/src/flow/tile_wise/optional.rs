@@ -96,7 +96,7 @@ pub(super) const OPTIONAL: [Optional; 15] = [
         what: "units of which several stop together",
         switch: "vru.termination",
         keys: &["vru.stop-latency"],
-        with: &["vru.impl=serial", "vru.termination=subtile"],
+        with: &["gsu.impl=split", "vru.impl=serial", "vru.termination=subtile"],
         is_there: |m| {
             let vru = m.of_type::<VruSpec>();
             let is_alone = matches!(vru.implementation, VruImpl::Quads | VruImpl::Pixels);

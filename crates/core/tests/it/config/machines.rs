@@ -44,9 +44,10 @@ fn banks_are_the_shares_of_units_and_cores() {
     let inventory = Machine::parse(gscore()).expect("gscore").inventory();
     let kib: Vec<(u64, u32)> =
         inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
-    let (kib, others) = kib.split_at(9);
+    let (kib, others) = kib.split_at(10);
     assert!(others.iter().all(|other| *other == (0, 0)), "of other dataflows: {others:?}");
-    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), (0, 0), (2, 8), (1, 8), (0, 0)]);
+    let none = (0, 0);
+    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), none, none, (2, 8), (1, 8), none]);
 }
 
 #[test]
@@ -206,6 +207,8 @@ fn keys_of_parts_that_are_not_there_are_refused() {
             ("gbu", "cache.eviction=lru"),
             ("vorion", "region.slices=1"),
             ("gcc", ""),
+            ("gbu", ""),
+            ("axis-shared", ""),
         ];
         let lacks = |(name, other): &(&str, &str)| {
             let others: Vec<&str> =

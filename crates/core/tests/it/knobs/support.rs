@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use powergs_core::flow::tile_wise::FoveaSpec;
+use powergs_core::flow::tile_wise::{FoveaSpec, StereoImpl, StereoSpec};
 use powergs_core::flow::{FrameTask, Handed, History, Work, WorkKey};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
@@ -15,7 +15,7 @@ use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::foveated::LevelPaint;
-use powergs_scene::{Foveated, Gaussians, ShDegree};
+use powergs_scene::{Eye, Foveated, Gaussians, ShDegree};
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 /// Frames, so that an order can be updated.
@@ -94,7 +94,15 @@ fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
     cached(&ALL, (flow.work_key(machine), flow.takes_over(machine)), || {
         let mut history = History::default();
         let all = works(machine);
-        all.iter().map(|w| flow.hand_over(machine, &**w, None, &mut history)).collect()
+        // The second view is to the right of the first one.
+        let is_pair = machine
+            .tables
+            .get::<StereoSpec>()
+            .is_some_and(|s| s.implementation != StereoImpl::Separate);
+        let eyes = Eye::ALL.into_iter().map(|eye| Some(eye).filter(|_| is_pair));
+        let eyes = eyes.chain(std::iter::repeat(None));
+        let hand = |(w, eye): (&Box<dyn Work>, _)| flow.hand_over(machine, &**w, eye, &mut history);
+        all.iter().zip(eyes).map(hand).collect()
     })
 }
 
