@@ -65,7 +65,6 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "neo-7nm",
     "paper",
     "resident-16nm",
-    "flicker-28nm",
     "gbu-28nm",
     "axis-28nm",
     "resident-28nm"

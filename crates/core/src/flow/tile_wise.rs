@@ -385,7 +385,7 @@ fn outcome_of(
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let lists = match reuse {
         Some(reuse) => Some(ListOrder::Reused(reuse.summary)),
-        None => (task.checks_order && !context.derived).then(|| {
+        None => (task.checks_order && !context.derived && machine.tiles().gsu.sorts()).then(|| {
             let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
             ListOrder::Sorted(*order)
         }),

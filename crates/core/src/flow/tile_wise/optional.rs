@@ -89,7 +89,7 @@ pub(super) const OPTIONAL: [Optional; 15] = [
         what: "units that work on whole sub-tiles",
         switch: "vru.impl",
         keys: &["vru.subtile-skipping", "vru.pixels-per-unit"],
-        with: &["vru.impl=serial"],
+        with: &["vru.impl=serial", "geometry.subtile=4"],
         is_there: |m| m.of_type::<VruSpec>().implementation.has_subtiles(),
     },
     Optional {

@@ -6,7 +6,7 @@ use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_core::machine::Machine;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
-use powergs_core::stage::{stage_id, work_id};
+use powergs_core::stage::{hardware, stage_id, work_id};
 use powergs_energy::{Prices, same_costs};
 use toml::{Table, Value};
 
@@ -254,7 +254,8 @@ fn colour_units_are_as_large_as_their_part_of_a_ccu() {
     close(late_w, early_w);
     // 60 % of 205,000 um2 are 426 operations; the four cores have 133 each.
     let wanted = 4.0 * 0.205 * 0.6 * 133.0 / 426.0;
-    let colours = |p: &Prices| area(p).units[stage_id("colour").index()].0;
+    let place = hardware().units().position(|(id, _)| id == stage_id("colour"));
+    let colours = |p: &Prices| area(p).units[place.expect("a unit")].0;
     assert_eq!(colours(&early), 0.0);
     close(colours(&late), wanted);
     let (twice, _) = of(&["vru.colour-operations-per-cycle=266"]);
