@@ -162,7 +162,7 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn work_key(&self, machine: &Machine) -> WorkKey {
-        work_key(machine.tiles().geometry, machine.tiles().detail())
+        work_key_for(machine.tiles().geometry, machine.tiles().detail())
     }
 
     fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
@@ -449,8 +449,12 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
     })
 }
 
-/// The key of workloads of a geometry.
-pub fn work_key(geometry: Geometry, detail: Detail) -> WorkKey {
+/// The key of workloads of a geometry, of machines that need nothing besides.
+pub fn work_key(geometry: Geometry) -> WorkKey {
+    work_key_for(geometry, Detail::default())
+}
+
+fn work_key_for(geometry: Geometry, detail: Detail) -> WorkKey {
     let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
     let mut numbers = vec![tile, subtile, sort_group, chunk, test as u32, cull as u32];
     numbers.extend(Some(detail.number()).filter(|&number| number > 0));
@@ -472,7 +476,7 @@ fn of_key(key: &WorkKey) -> (Geometry, Detail) {
 
 impl Work for FrameWorkload {
     fn key(&self) -> WorkKey {
-        work_key(self.geometry, self.detail)
+        work_key_for(self.geometry, self.detail)
     }
 
     fn counters(&self) -> &Counters {

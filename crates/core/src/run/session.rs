@@ -26,7 +26,7 @@ use crate::flow::{FrameTask, Handed, History, Work, WorkKey};
 use crate::kernel::Memo;
 use crate::machine::Machine;
 use crate::sim::{self, FrameReport, Label, Periods, Timed, paper, priced};
-use crate::workload::{Detail, FrameWorkload, Geometry};
+use crate::workload::{FrameWorkload, Geometry};
 
 /// The model that a frame is simulated with.
 #[derive(Debug, Clone, Copy)]
@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
     fn work(&self) -> WorkKey {
         match self.machine() {
             Some(machine) => machine.flow().work_key(machine),
-            None => work_key(Geometry::REFERENCE, Detail::default()),
+            None => work_key(Geometry::REFERENCE),
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use powergs_core::flow::tile_wise::work_key;
 use powergs_core::run::{Frames, Window};
 use powergs_core::workload::order::DepthKey;
-use powergs_core::workload::{Detail, FrameWorkload, Geometry};
+use powergs_core::workload::{FrameWorkload, Geometry};
 use powergs_sim::cli::camera_file::{FrameRange, frame_range};
 use powergs_sim::cli::{Context, Failure, inputs};
 
@@ -43,7 +43,7 @@ impl Lists {
                 return Ok(None);
             }
             // One frame: it is checked against the budget before it is binned.
-            let key = work_key(Geometry::REFERENCE, Detail::default());
+            let key = work_key(Geometry::REFERENCE);
             let window = Window::bin(&mut trace, &key, position, 1)?;
             let workload = window.frames[0].bins[&key].work.of::<FrameWorkload>();
             let workload = workload.expect("the work of a geometry");
