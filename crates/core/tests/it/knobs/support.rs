@@ -101,8 +101,8 @@ fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
             .is_some_and(|s| s.implementation != StereoImpl::Separate);
         let eyes = Eye::ALL.into_iter().map(|eye| Some(eye).filter(|_| is_pair));
         let eyes = eyes.chain(std::iter::repeat(None));
-        let hand = |(w, eye): (&Box<dyn Work>, _)| flow.hand_over(machine, &**w, eye, &mut history);
-        all.iter().zip(eyes).map(hand).collect()
+        let mut hand = |w: &dyn Work, eye| flow.hand_over(machine, w, eye, &mut history);
+        all.iter().zip(eyes).map(|(w, eye)| hand(&**w, eye)).collect()
     })
 }
 

@@ -192,12 +192,12 @@ impl<'a> Tile<'a> {
         let mut tests: Vec<Option<(usize, u64)>> = vec![None; self.places()];
         let (mut now, mut entry, mut begins) = (0, start, vec![0]);
         loop {
-            for p in 0..places.len() {
-                if places[p].is_working && places[p].left == 0 {
-                    places[p].is_working = false;
-                    let e = places[p].queue.pop_front().expect("it was worked on");
+            for (p, place) in places.iter_mut().enumerate() {
+                if place.is_working && place.left == 0 {
+                    place.is_working = false;
+                    let e = place.queue.pop_front().expect("it was worked on");
                     if (e as u32) < self.end(p) {
-                        (places[p].to_do, places[p].done) = (places[p].to_do - 1, now);
+                        (place.to_do, place.done) = (place.to_do - 1, now);
                     }
                 }
             }
@@ -210,14 +210,14 @@ impl<'a> Tile<'a> {
                 }
             }
             // Test units hand on.
-            for unit in 0..tests.len() {
-                let Some((e, 0)) = tests[unit] else { continue };
+            for (unit, test) in tests.iter_mut().enumerate() {
+                let Some((e, 0)) = *test else { continue };
                 let targets: Vec<usize> = (0..places.len())
                     .filter(|&p| self.test_unit(p) == unit && !gone[p])
                     .filter(|&p| self.cost(p, e).is_some() && !is_over(p, e, &places, now))
                     .collect();
                 if targets.iter().all(|&p| places[p].queue.len() < depth) {
-                    tests[unit] = None;
+                    *test = None;
                     for p in targets {
                         places[p].queue.push_back(e);
                         found[self.chunk_of(e)].queued += 1;
@@ -266,12 +266,12 @@ impl<'a> Tile<'a> {
                     }
                 }
             }
-            for p in 0..places.len() {
-                if !places[p].is_working
-                    && let Some(&e) = places[p].queue.front()
+            for (p, place) in places.iter_mut().enumerate() {
+                if !place.is_working
+                    && let Some(&e) = place.queue.front()
                 {
                     let (cycles, reach) = self.cost(p, e).expect("it entered");
-                    (places[p].is_working, places[p].left) = (true, cycles);
+                    (place.is_working, place.left) = (true, cycles);
                     let run = &mut found[self.chunk_of(e)];
                     run.pairs += 1;
                     run.vain += u64::from(e as u32 >= self.end(p));
@@ -281,7 +281,7 @@ impl<'a> Tile<'a> {
                         run.front += self.rows(p, e).len() as u64;
                     }
                 }
-                places[p].left = places[p].left.saturating_sub(1);
+                place.left = place.left.saturating_sub(1);
             }
             for (_, left) in tests.iter_mut().flatten() {
                 *left = left.saturating_sub(1);
