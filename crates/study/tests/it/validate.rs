@@ -53,7 +53,7 @@ fn published(cells: [&str; 5]) -> String {
     )
 }
 
-const HEAD: &str = "name,preset,seed,width,height,views,path,quick,why\n";
+const HEAD: &str = "name,preset,seed,width,height,views,path,eyes,quick,why\n";
 const NONE: &str = "id,workload,ours\n";
 
 fn parts(value: f64) -> Parts {
@@ -132,7 +132,7 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
         + "b,Section,what,path,neo,,lists_keeping,0.9,10%,enforced,,,s,\n"
         + "c,Section,what,w path,gscore vru.cores=2,,tile_pairs,1,10%,enforced,,,s,\n";
     let workloads =
-        format!("{HEAD}w,demo,1,96,80,2,0,true,why\npath,demo,1,96,80,2,200,false,why\n");
+        format!("{HEAD}w,demo,1,96,80,2,0,0,true,why\npath,demo,1,96,80,2,200,0,false,why\n");
     let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
     let rows: Vec<&Row> = tables.rows.iter().collect();
     let built = machines(&rows);
@@ -177,7 +177,7 @@ fn scenes_of_ones_own_have_shares_and_ratios() {
                 e,Section,what,w,gscore,,termination_saving,2,,dropped,,,s,\n";
     let rows = published(["a", "w", "gscore vru.cores=2", "speedup", "2"]) + more;
     let workloads =
-        format!("{HEAD}w,demo,1,96,80,2,0,true,why\npath,demo,1,96,80,2,200,false,why\n");
+        format!("{HEAD}w,demo,1,96,80,2,0,0,true,why\npath,demo,1,96,80,2,200,0,false,why\n");
     let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
     let all: Vec<&Row> = tables.rows.iter().collect();
     let rows = of_any_scene(&tables, &all);
@@ -281,7 +281,7 @@ fn fault(published: &str, workloads: &str, baseline: &str) -> String {
 #[test]
 fn broken_tables_name_the_cell() {
     let good = published(["a", "", "", "area", "1"]);
-    let lego = format!("{HEAD}w,lego,1,8,8,1,0,true,why\n");
+    let lego = format!("{HEAD}w,lego,1,8,8,1,0,0,true,why\n");
     let with = |cells| fault(&published(cells), &lego, NONE);
     let all = [
         with(["a b", "", "", "area", "1"]),

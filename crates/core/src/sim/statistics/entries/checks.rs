@@ -72,8 +72,8 @@ pub(super) fn stereo(list: &mut List) {
     real(list, "stereo.lost_blends_frac", "1", text, |f, _| {
         of(f).and_then(|s| share(s.lost_blends, s.blends))
     });
-    let text = "Largest disparity of a splat that was handed on.";
-    real(list, "stereo.largest_disparity_px", "px", text, |f, _| {
+    let text = "Largest disparity of a splat that was handed on, in pixels.";
+    real(list, "stereo.largest_disparity", "1", text, |f, _| {
         of(f).map(|s| f64::from(s.largest_disparity))
     });
 }
