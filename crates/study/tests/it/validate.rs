@@ -308,7 +308,7 @@ fn broken_tables_name_the_cell() {
         fault("", HEAD, NONE),
         fault(&good, &lego.replace(",lego,", ",castle,"), NONE),
         fault(&good, &lego.replace(",8,8,", ",0,8,"), NONE),
-        fault(&good, &lego.replace(",1,0,t", ",9,9,t"), NONE),
+        fault(&good, &lego.replace(",1,0,0,t", ",9,9,0,t"), NONE),
         fault(&good, &lego.replace("w,", "\u{0},\u{0},"), NONE),
         fault(&good, &lego.replace("true", "perhaps"), NONE),
         fault(&good, HEAD, "# model version four\nid,workload,ours\n"),
