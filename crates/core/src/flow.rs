@@ -165,8 +165,8 @@ pub trait Dataflow: Sync {
     }
 
     /// What decides what a machine takes over from the frame before: machines with the same work
-    /// and the same number take over the same. `None` where each frame stands alone.
-    fn takes_over(&self, _machine: &Machine) -> Option<u32> {
+    /// and the same numbers take over the same. `None` where each frame stands alone.
+    fn takes_over(&self, _machine: &Machine) -> Option<Vec<u32>> {
         None
     }
 

@@ -31,6 +31,8 @@ pub struct StageDecl {
     pub phase: Phase,
     /// How many units of it a machine has; `None` for what is no unit.
     pub units: Option<fn(&Machine) -> u32>,
+    /// The stage whose cycles its units work in; `None` for those with cycles of their own.
+    pub within: Option<&'static str>,
     /// Whether its units compute with `record.numbers`.
     pub has_numbers: bool,
     /// Whether one unit is one lane, which evaluates a pixel a cycle.
@@ -78,6 +80,7 @@ impl StageDecl {
             means,
             phase,
             units: None,
+            within: None,
             has_numbers: false,
             has_lanes: false,
             counted_in: None,

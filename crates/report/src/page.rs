@@ -264,6 +264,16 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
+    if let Some(kept) = record.mean(Key::SecondEyeKept) {
+        let [changed, cut_off] =
+            [Key::SecondEyeChanged, Key::SecondEyeCutOff].map(|key| percent(record.value(key)));
+        page.paragraph(format!(
+            "The second eye is made of what blends in the first one: {} % of the entries of its own \
+             lists. At most {changed} % of its pixels change by that by a step of eight bits or \
+             more ({cut_off} % because disparities are beyond `stereo.lag`).",
+            percent(kept)
+        ));
+    }
     for lanes in record.units().filter_map(|unit| record.mean(Key::LaneUtilisation(unit))) {
         let share = percent(lanes);
         let text = format!("Lanes of a rendering core at work while it is busy: {share} %.");

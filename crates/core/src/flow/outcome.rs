@@ -123,8 +123,30 @@ pub struct StereoSummary {
     pub blends: u64,
     /// Those that it loses, because their splats were not handed on.
     pub lost_blends: u64,
+    /// Pixels of the second view.
+    pub pixels: u64,
+    /// Those whose colour may be another one by a step of eight bits or more: the weights of what is
+    /// lost add up to 1/255.
+    pub changed_pixels: u64,
+    /// The same for what is lost because its disparity is beyond the largest.
+    pub cut_off_pixels: u64,
     /// The largest disparity of a splat that was handed on, pixels.
     pub largest_disparity: f32,
+}
+
+impl StereoSummary {
+    /// Adds a part of a view, or another pair.
+    pub fn add(&mut self, other: &StereoSummary) {
+        self.handed_on += other.handed_on;
+        self.entries += other.entries;
+        self.kept += other.kept;
+        self.blends += other.blends;
+        self.lost_blends += other.lost_blends;
+        self.pixels += other.pixels;
+        self.changed_pixels += other.changed_pixels;
+        self.cut_off_pixels += other.cut_off_pixels;
+        self.largest_disparity = self.largest_disparity.max(other.largest_disparity);
+    }
 }
 
 /// Counters of a foveated frame.

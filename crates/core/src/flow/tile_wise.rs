@@ -69,9 +69,6 @@ use vru::{ALPHA, STOPPED_PIXEL};
 
 const KEY: &str = "tile-wise";
 
-/// Above all numbers of frames after which an order is made anew.
-const PAIRS: u32 = u32::MAX;
-
 /// Its stages, in the order of every report.
 pub const STAGES: [&StageDecl; 10] = [
     &ccu::CCU,
@@ -179,12 +176,12 @@ impl Dataflow for TileWiseFlow {
         accounts::fits(workload(task)?, task)
     }
 
-    fn takes_over(&self, machine: &Machine) -> Option<u32> {
-        let (period, way) = (machine.tiles().gsu.period(), machine.tiles().stereo.implementation);
+    fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
+        let (period, stereo) = (machine.tiles().gsu.period(), &machine.tiles().stereo);
         // Orders and second views exclude each other.
-        match way {
-            StereoImpl::Separate => (period > 1).then_some(period),
-            _ => Some(PAIRS - machine.tiles().stereo.lag - 1000 * way as u32),
+        match stereo.implementation {
+            StereoImpl::Separate => (period > 1).then(|| vec![period]),
+            way => Some(vec![way as u32, stereo.lag]),
         }
     }
 
@@ -195,11 +192,11 @@ impl Dataflow for TileWiseFlow {
         eye: Option<Eye>,
         history: &mut History,
     ) -> Option<Handed> {
-        let period = self.takes_over(machine)?;
+        self.takes_over(machine)?;
         if let Some(pair) = PairWork::of(machine.tiles(), work.of()?, eye, history) {
             return Some(Box::new(pair));
         }
-        let reuse = measures::reuse(work.of()?, eye, period, history)?;
+        let reuse = measures::reuse(work.of()?, eye, machine.tiles().gsu.period(), history)?;
         Some(Box::new(reuse))
     }
 

@@ -240,7 +240,7 @@ pub(crate) fn bin_demand(
 
 /// Hands on from frame to frame what machines with the same history share.
 struct Relay<'a> {
-    key: (WorkKey, u32),
+    key: (WorkKey, Vec<u32>),
     machine: &'a Machine,
     history: History,
 }
@@ -582,8 +582,8 @@ impl<'a> SessionPlan<'a> {
             let (mut relay, mut place) = (None, groups.len());
             if let Target::System(system) = subject.target {
                 let machine = system.machine();
-                relay = machine.flow().takes_over(machine).map(|number| {
-                    let key = (work.clone(), number);
+                relay = machine.flow().takes_over(machine).map(|numbers| {
+                    let key = (work.clone(), numbers);
                     let known = relays.iter().position(|relay| relay.key == key);
                     known.unwrap_or_else(|| {
                         relays.push(Relay { key, machine, history: History::default() });

@@ -5,7 +5,7 @@
 
 use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,
-    OrderSummary, PaperReport, RegionReport, StageBytes, StereoSummary,
+    OrderSummary, PaperReport, RegionReport, StageBytes,
 };
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::workload::reuse::ReuseSummary;
@@ -119,7 +119,8 @@ impl Then for CycleReport {
             _ => None,
         };
         self.cache.then(cache);
-        self.stereo.then(stereo);
+        // It is of the second view alone.
+        self.stereo = stereo;
         self.fovea.then(fovea);
     }
 }
@@ -215,17 +216,6 @@ impl Then for CacheSummary {
     fn then(&mut self, next: CacheSummary) {
         self.hits += next.hits;
         self.misses += next.misses;
-    }
-}
-
-impl Then for StereoSummary {
-    fn then(&mut self, next: StereoSummary) {
-        self.handed_on += next.handed_on;
-        self.entries += next.entries;
-        self.kept += next.kept;
-        self.blends += next.blends;
-        self.lost_blends += next.lost_blends;
-        self.largest_disparity = self.largest_disparity.max(next.largest_disparity);
     }
 }
 

@@ -13,6 +13,11 @@ use powergs_core::sim::FrameReport;
 use powergs_core::sim::statistics::{Kind, catalogue};
 use powergs_frame::scene::{Eye, StorageOrder};
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
+use powergs_scene::Camera;
+use powergs_scene::camera::edit::stereo;
+use powergs_testkit::scenes::{front_camera, random_scene};
+
+use crate::workload::support::rendered;
 
 fn demo() -> TraceFile {
     TraceFile::open("../../traces/demo.bin".as_ref()).expect("the demonstration")
@@ -31,6 +36,25 @@ fn views(count: usize, are_pairs: bool) -> MemoryFrames {
         frame
     };
     MemoryFrames::new("pairs", (0..count).map(frame).collect::<Vec<_>>())
+}
+
+/// Two pairs of a scene of balls, a hundredth of a unit apart.
+fn stereo_pairs() -> MemoryFrames {
+    let mut scene = random_scene(3, 2000, 0);
+    scene.logit_opacities.iter_mut().for_each(|o| *o += 2.0);
+    let view = |x: f64| {
+        let mut camera = front_camera(75, 51);
+        camera.name = format!("at_{x}");
+        camera.centre.x += x;
+        stereo(&camera, 0.01)
+    };
+    let frame = |camera: Camera| {
+        let mut frame = rendered(&scene, &camera).1;
+        frame.facts.camera.eye = camera.eye;
+        frame
+    };
+    let cameras = [0.0, 0.1].into_iter().flat_map(view);
+    MemoryFrames::new("pairs", cameras.map(frame).collect::<Vec<_>>())
 }
 
 fn reports(frames: &mut dyn Frames, system: &System) -> Vec<FrameReport> {
@@ -75,6 +99,29 @@ fn a_pair_takes_the_time_and_the_joules_of_both_eyes() {
             };
             assert_eq!(both, wanted, "{name}");
         }
+    }
+}
+
+/// What a second eye loses is said of the pair, though the first one knows nothing of it.
+#[test]
+fn a_pair_says_what_its_second_eye_loses() {
+    let separate = "stereo.impl=separate";
+    let with = |sets: &[&str]| {
+        let sets = sets.iter().map(|set| (*set).to_owned()).collect();
+        let spec = SystemSpec { sets, ..SystemSpec::named("nebula") };
+        System::load(&spec, &EmbeddedFiles).expect("a machine")
+    };
+    let mut pairs = stereo_pairs();
+    let of = |report: &FrameReport| report.cycle().expect("cycles").stereo;
+    let [derived, plain] = [&[][..], &[separate]].map(|sets| reports(&mut pairs, &with(sets)));
+    assert_eq!((derived.len(), plain.len()), (2, 2));
+    for (pair, other) in derived.iter().zip(&plain) {
+        let summary = of(pair).expect("a second eye");
+        assert!(0 < summary.kept && summary.kept < summary.entries, "{summary:?}");
+        assert!(summary.changed_pixels >= summary.cut_off_pixels);
+        assert!(summary.lost_blends < summary.blends && summary.largest_disparity > 0.0);
+        assert!(of(other).is_none());
+        assert!(pair.frame_time_s() < other.frame_time_s());
     }
 }
 

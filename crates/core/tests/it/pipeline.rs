@@ -18,7 +18,7 @@ use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::Timeline;
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
-use powergs_core::stage::Stall;
+use powergs_core::stage::{Stall, stage};
 use powergs_core::workload::reuse::Reuse;
 use powergs_core::workload::{FrameWorkload, bin};
 use rayon::prelude::*;
@@ -37,12 +37,17 @@ pub fn slow_or([cases, slow]: [u64; 2]) -> u64 {
 /// Symbols of states: busy, stalls by cause, idle.
 const SYMBOLS: &str = "0rlsfciob.";
 
-/// Cycles by unit and state, in the order of [`SYMBOLS`]; colour units are the last.
-type States = [[u64; SYMBOLS.len()]; 5];
+/// Units with cycles, as the oracle numbers them.
+const UNITS: [&str; 5] = ["ccu", "qsu", "bsu", "vru", "colour"];
+
+/// Cycles by unit and state, in the order of [`SYMBOLS`]; none of units that a machine does not have.
+type States = [[u64; SYMBOLS.len()]; UNITS.len()];
 
 fn states_of(replay: &FrameReplay) -> States {
     std::array::from_fn(|unit| {
-        let Some(u) = replay.timing.units.get(unit) else { return [0; SYMBOLS.len()] };
+        let mut units = replay.timing.units.iter();
+        let found = units.find(|found| stage(found.unit).key == UNITS[unit]);
+        let Some(u) = found else { return [0; SYMBOLS.len()] };
         // Those of this dataflow, which come first.
         let causes = Stall::all().iter().filter(|cause| SYMBOLS.contains(cause.words().symbol));
         let stalls = causes.map(|cause| u.stalls[cause.index()]);
@@ -54,7 +59,9 @@ fn states_of(replay: &FrameReplay) -> States {
 /// The same, counted in the oracle's picture of every cycle.
 fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
     let (gsu, vru) = (&machine.tiles().gsu, &machine.tiles().vru);
-    let gangs = [1, gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core, 1];
+    let [qsus, bsus] =
+        [gsu.qsu_per_core, gsu.bsu_per_core].map(|n| if gsu.sorts() { n } else { 0 });
+    let gangs = [1, qsus, bsus, vru.units_per_core, 1];
     let is = |symbol: char, state: char| match state {
         '0' => symbol.is_ascii_digit(),
         other => symbol == other,

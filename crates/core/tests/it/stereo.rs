@@ -43,6 +43,16 @@ fn reaches(splat: &Splat, x: u32, y: u32) -> bool {
     c0 * dx * dx + 2.0 * c1 * dx * dy + c2 * dy * dy <= level
 }
 
+/// The opacity of a splat in a pixel, where it is not too faint to be blended.
+fn alpha(splat: &Splat, x: u32, y: u32) -> f64 {
+    let [c0, c1, c2] = splat.conic().expect("a proper splat").map(f64::from);
+    let [dx, dy] = [f64::from(x), f64::from(y)];
+    let (dx, dy) = (dx - f64::from(splat.mean[0]), dy - f64::from(splat.mean[1]));
+    let power = -0.5 * (c0 * dx * dx + 2.0 * c1 * dx * dy + c2 * dy * dy);
+    let alpha = (f64::from(splat.opacity) * power.exp()).min(0.99);
+    if alpha < 1.0 / 255.0 { 0.0 } else { alpha }
+}
+
 /// Whether an entry blends in a pixel.
 fn blends(w: &FrameWorkload, rank: u32, at: u32, x: u32, y: u32) -> bool {
     let pixels = w.pixels.as_ref().expect("asked for");
@@ -69,12 +79,15 @@ fn blends_in(w: &FrameWorkload, index: u32, column: i64, row: u32) -> bool {
 
 #[test]
 fn second_views_have_what_blends_under_them_in_the_first() {
-    let (mut kept, mut gone, mut lost) = (0, 0, 0);
+    let (mut kept, mut gone, mut lost, mut changes) = (0, 0, 0, 0);
     for (seed, reach) in [(1, 64.0), (2, 64.0), (3, 1.5), (4, 3.0)] {
         let [left, right] = pair(seed, 0.05).map(|frame| bin_for(&frame, geometry(16), PIXELS));
         let first = FirstView::new(&left, true);
         let (made, summary) = derived(&first, &right, reach).expect("a pair");
-        let mut own_lost = 0u64;
+        let (mut own_lost, mut changed) = (0u64, [0; 2]);
+        // Light that is left in each pixel, and the weights of what is lost, and cut off.
+        let mut light = vec![1.0f64; (right.width * right.height) as usize];
+        let mut lost_weights = vec![[0.0f64; 2]; light.len()];
         let splats = |w: &FrameWorkload| w.pixels.as_ref().expect("asked for").splats.clone();
         let (of_left, of_right) = (splats(&left), splats(&right));
         for (tile, work) in right.tiles.iter().enumerate() {
@@ -97,7 +110,18 @@ fn second_views_have_what_blends_under_them_in_the_first() {
                 let own: Vec<u32> = (0..16).filter(|&s| has(s) && is_handed_on(s)).collect();
                 for (x, y) in (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y))) {
                     let s = (y - y0) / 4 * 4 + (x - x0) / 4;
-                    own_lost += u64::from(!own.contains(&s) && blends(&right, rank, at, x, y));
+                    if !blends(&right, rank, at, x, y) {
+                        continue;
+                    }
+                    let pixel = (y * right.width + x) as usize;
+                    let weight = light[pixel] * alpha(splat, x, y);
+                    light[pixel] -= weight;
+                    if !own.contains(&s) {
+                        own_lost += 1;
+                        lost_weights[pixel][0] += weight;
+                        let is_far = shift.is_some_and(|shift| shift.abs() > reach);
+                        lost_weights[pixel][1] += if is_far { weight } else { 0.0 };
+                    }
                 }
                 if own.is_empty() {
                     gone += 1;
@@ -118,12 +142,18 @@ fn second_views_have_what_blends_under_them_in_the_first() {
             let chunks = made.chunks_of(new).iter().map(|chunk| chunk.entries).sum::<u32>();
             assert_eq!(chunks, new.loaded);
         }
+        for weights in &lost_weights {
+            (0..2).for_each(|k| changed[k] += u64::from(weights[k] >= 1.0 / 255.0));
+        }
         assert_eq!(summary.lost_blends, own_lost);
+        assert_eq!([summary.changed_pixels, summary.cut_off_pixels], changed);
         assert_eq!(summary.entries, right.list.len() as u64);
         assert!(summary.largest_disparity <= reach);
         lost += own_lost;
+        changes += changed[0];
     }
-    assert!(kept > 1000 && gone > 1000 && lost > 100, "{kept} {gone} {lost}");
+    let all = [kept as u64, gone, lost, changes];
+    assert!(kept > 1000 && gone > 1000 && lost > 100 && changes > 100, "{all:?}");
 }
 
 #[test]

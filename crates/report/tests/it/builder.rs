@@ -5,7 +5,7 @@ use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycle
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
-    OrderSummary, PaperReport, RegionReport, StageBytes,
+    OrderSummary, PaperReport, RegionReport, StageBytes, StereoSummary,
 };
 use powergs_core::stage::{Stall, buffer_id, hardware, sram_read, stage_id, work_id};
 use powergs_dram::{DramCommands, StageCommands};
@@ -97,7 +97,17 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
                 inversions: n / 40,
             })),
             cache: Some(CacheSummary { hits: n, misses: n / 2 }),
-            stereo: None,
+            stereo: Some(StereoSummary {
+                handed_on: n,
+                entries: 2 * n,
+                kept: n / 2,
+                blends: 9 * n,
+                lost_blends: n / 9,
+                pixels: 3 * n,
+                changed_pixels: n / 300,
+                cut_off_pixels: n / 900,
+                largest_disparity: 41.5,
+            }),
             fovea: Some(Foveal {
                 summary: fovea(n),
                 regions: std::array::from_fn(|k| region(n, k as u64)),

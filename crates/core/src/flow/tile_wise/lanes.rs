@@ -150,23 +150,21 @@ impl<'a> Lanes<'a> {
         (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
     }
 
-    /// Calls `each` for the sub-tiles in which an entry blends, with pixels of them: as often as it
-    /// has rows there.
-    pub(super) fn blends(&self, at: u32, geometry: Geometry, mut each: impl FnMut(usize, u64)) {
-        let (x0, y0, ..) = self.area;
-        let (side, n) = (geometry.subtiles_per_side(), geometry.subtile);
+    /// Calls `each` with column and row of every pixel in which an entry blends.
+    pub(super) fn blends(&self, at: u32, mut each: impl FnMut(u32, u32)) {
         for (y, span) in self.spans(at) {
-            let Some([mut first, end]) = span else { continue };
-            while first < end {
-                let column = (first - x0) / n;
-                let last = (x0 + (column + 1) * n).min(end);
-                let live = self.live(y, [first, last], at);
-                if live > 0 {
-                    each(((y - y0) / n * side + column) as usize, live);
-                }
-                first = last;
+            let Some(span) = span else { continue };
+            for (x, _) in (span[0]..).zip(self.stops(y, span)).filter(|(_, stop)| **stop > at) {
+                each(x, y);
             }
         }
+    }
+
+    /// The sub-tile of a pixel.
+    pub(super) fn subtile(&self, geometry: &Geometry, x: u32, y: u32) -> usize {
+        let (column, row) = (x - self.area.0, y - self.area.1);
+        let side = geometry.subtiles_per_side();
+        (row / geometry.subtile * side + column / geometry.subtile) as usize
     }
 
     /// Where its pixels stop, row by row.

@@ -288,12 +288,19 @@ fn outcome<O: Observer>(
     mut shared: Shared<O>,
 ) -> Outcome {
     let (units, cores) = (shared.units, &agents.cores);
-    let mut unit_cycles = vec![
-        cycles(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger)),
-        cycles(Qsu::STAGE, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
-        cycles(Bsu::STAGE, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
-        cycles(Vru::STAGE, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
-    ];
+    let (gsu, vru) = (&units.qsu.spec, &units.vru.spec);
+    let mut unit_cycles = vec![cycles(Ccu::STAGE, 1, agents.ccus.iter().map(|c| &c.ledger))];
+    if gsu.sorts() {
+        unit_cycles.extend([
+            cycles(Qsu::STAGE, gsu.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+            cycles(Bsu::STAGE, gsu.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
+        ]);
+    }
+    unit_cycles.push(cycles(
+        Vru::STAGE,
+        vru.units_per_core,
+        cores.iter().map(|c| &c.render.ledger),
+    ));
     if units.colour.is_some() {
         unit_cycles.push(cycles(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
     }

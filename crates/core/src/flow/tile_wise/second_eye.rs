@@ -14,7 +14,7 @@ use crate::workload::{
     ChunkScratch, ChunkWork, FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TilePixels,
     TileWork, push_chunks,
 };
-use powergs_frame::splat::Counters;
+use powergs_frame::splat::{ALPHA_MAX, ALPHA_MIN, Splat};
 
 /// No rank.
 const NONE: u32 = u32::MAX;
@@ -31,10 +31,10 @@ pub struct FirstView {
     /// Centres, by rank.
     means: Vec<[f32; 2]>,
     /// Where the entries of each rank begin in `entries`.
-    starts: Vec<u32>,
-    /// Tiles in which a splat blends, ascending, with the place of its sub-tiles in `bits`.
-    entries: Vec<(u32, u32)>,
-    /// Bitmaps of sub-tiles in which splats blend.
+    starts: Vec<usize>,
+    /// Tiles in which a splat blends, ascending.
+    entries: Vec<u32>,
+    /// The sub-tiles of each in which it does.
     bits: Vec<u8>,
 }
 
@@ -76,38 +76,42 @@ impl FirstView {
     }
 
     fn find_blends(&mut self, workload: &FrameWorkload) {
-        let bytes = workload.geometry.bitmap_bytes();
-        let tiles: Vec<Vec<(u32, Vec<u8>)>> = (0..workload.tiles.len())
+        let (geometry, bytes) = (&workload.geometry, workload.geometry.bitmap_bytes());
+        // Ranks, and bitmaps one behind the other.
+        let tiles: Vec<(Vec<u32>, Vec<u8>)> = (0..workload.tiles.len())
             .into_par_iter()
             .map(|tile| {
                 let lanes = Lanes::new(workload, tile);
                 let work = &workload.tiles[tile];
-                let list = workload.list_of(work);
-                let of = |at: u32| {
-                    let mut bits = vec![0; bytes];
-                    lanes.blends(at, workload.geometry, |subtile, _| {
-                        bits[subtile / 8] |= 1 << (subtile % 8);
-                    });
-                    bits.iter().any(|&bits| bits != 0).then(|| (list[at as usize], bits))
-                };
-                (0..work.loaded).filter_map(of).collect()
+                let (mut ranks, mut all) = (Vec::new(), Vec::new());
+                let mut bits = vec![0u8; bytes];
+                for (at, &rank) in (0..work.loaded).zip(workload.list_of(work)) {
+                    bits.fill(0);
+                    lanes.blends(at, |x, y| set(&mut bits, lanes.subtile(geometry, x, y)));
+                    if bits.iter().any(|&bits| bits != 0) {
+                        ranks.push(rank);
+                        all.extend(&bits);
+                    }
+                }
+                (ranks, all)
             })
             .collect();
-        let mut starts = vec![0u32; workload.index.len() + 1];
-        for (rank, _) in tiles.iter().flatten() {
-            starts[*rank as usize + 1] += 1;
+        let mut starts = vec![0usize; workload.index.len() + 1];
+        for &rank in tiles.iter().flat_map(|(ranks, _)| ranks) {
+            starts[rank as usize + 1] += 1;
         }
         for rank in 0..workload.index.len() {
             starts[rank + 1] += starts[rank];
         }
-        let mut next = starts.clone();
-        self.entries = vec![(0, 0); starts.last().map_or(0, |&n| n as usize)];
-        for (tile, own) in (0..).zip(tiles) {
-            for (rank, bits) in own {
+        let (mut next, entries) = (starts.clone(), starts.last().copied().unwrap_or(0));
+        self.entries = vec![0; entries];
+        self.bits = vec![0; entries * bytes];
+        for (tile, (ranks, all)) in (0..).zip(tiles) {
+            for (&rank, bits) in ranks.iter().zip(all.chunks_exact(bytes)) {
                 let place = &mut next[rank as usize];
-                self.entries[*place as usize] = (tile, self.bits.len() as u32);
+                self.entries[*place] = tile;
+                self.bits[*place * bytes..][..bytes].copy_from_slice(bits);
                 *place += 1;
-                self.bits.extend(bits);
             }
         }
         self.starts = starts;
@@ -130,12 +134,21 @@ impl FirstView {
             return true;
         }
         let tile = row / side * self.tiles_x + column / side;
-        let range = self.starts[rank as usize] as usize..self.starts[rank as usize + 1] as usize;
-        let entries = &self.entries[range];
-        let Ok(at) = entries.binary_search_by_key(&tile, |entry| entry.0) else { return false };
-        let bit = (row % side * side + column % side) as usize;
-        self.bits[entries[at].1 as usize + bit / 8] >> (bit % 8) & 1 == 1
+        let first = self.starts[rank as usize];
+        let entries = &self.entries[first..self.starts[rank as usize + 1]];
+        let Ok(at) = entries.binary_search(&tile) else { return false };
+        let bytes = self.geometry.bitmap_bytes();
+        let bits = &self.bits[(first + at) * bytes..][..bytes];
+        has(bits, (row % side * side + column % side) as usize)
     }
+}
+
+fn set(bits: &mut [u8], subtile: usize) {
+    bits[subtile / 8] |= 1 << (subtile % 8);
+}
+
+fn has(bits: &[u8], subtile: usize) -> bool {
+    bits[subtile / 8] >> (subtile % 8) & 1 == 1
 }
 
 /// The second view, with lists of what the first one handed on, whose disparity is at most `reach`
@@ -151,7 +164,7 @@ pub fn derived(
     check(first, second)?;
     let pixels = second.pixels.as_ref().ok_or(NoSecond::Different)?;
     // Disparity, by rank; none of splats that the first view does not show at all.
-    let shift = |(splat, &index): (&powergs_frame::splat::Splat, &u32)| {
+    let shift = |(splat, &index): (&Splat, &u32)| {
         let rank = first.rank(index)?;
         let mean = first.means[rank as usize];
         Some((rank, mean[0] - splat.mean[0], (mean[1] - splat.mean[1]).abs()))
@@ -165,40 +178,28 @@ pub fn derived(
     {
         return Err(NoSecond::Rows(rows));
     }
-    let parts: Vec<(Part, [u64; 3], f32)> = (0..second.tiles.len())
+    let parts: Vec<(Part, StereoSummary)> = (0..second.tiles.len())
         .into_par_iter()
         .map(|tile| Maker { first, second, shifts: &shifts, reach }.tile(tile))
         .collect();
     let mut summary = StereoSummary { handed_on: first.handed_on(), ..StereoSummary::default() };
     let mut made = FrameWorkload {
-        tiles: Vec::with_capacity(second.tiles.len()),
-        list: Vec::new(),
-        bitmaps: Vec::new(),
-        chunks: Vec::new(),
-        stops: Vec::new(),
-        storage: Vec::new(),
-        groups: Vec::new(),
-        counters: Counters::default(),
-        pixels: Some(crate::workload::Pixels {
-            splats: pixels.splats.clone(),
-            iterated: pixels.iterated.clone(),
-        }),
+        width: second.width,
+        height: second.height,
+        tiles_x: second.tiles_x,
+        tiles_y: second.tiles_y,
+        sh_degree: second.sh_degree,
+        detail: second.detail,
+        pixels: Some(pixels.clone()),
         index: second.index.clone(),
         depth: second.depth.clone(),
         slot: second.slot.clone(),
         ..FrameWorkload::empty(second.geometry)
     };
-    (made.width, made.height) = (second.width, second.height);
-    (made.tiles_x, made.tiles_y) = (second.tiles_x, second.tiles_y);
-    (made.sh_degree, made.detail) = (second.sh_degree, second.detail);
-    for (tile, (mut part, [entries, blends, lost], disparity)) in (0..).zip(parts) {
-        summary.entries += entries;
-        summary.blends += blends;
-        summary.lost_blends += lost;
-        summary.largest_disparity = summary.largest_disparity.max(disparity);
+    for (tile, (mut part, own)) in (0..).zip(parts) {
+        summary.add(&own);
         part.work.list_start = made.list.len() as u32;
         part.work.chunk_start = made.chunks.len() as u32;
-        summary.kept += u64::from(part.work.entries);
         made.tiles.push(part.work);
         made.list.extend(part.list);
         made.bitmaps.extend(part.bitmaps);
@@ -221,6 +222,55 @@ fn check(first: &FirstView, second: &FrameWorkload) -> Result<(), NoSecond> {
     if same { Ok(()) } else { Err(NoSecond::Different) }
 }
 
+/// What a pixel has seen so far.
+#[derive(Debug, Clone)]
+struct PixelWeights {
+    /// Light that is left.
+    transmittance: f32,
+    /// Weights of what is lost: no colour moves by more.
+    lost: f32,
+    /// Those of what lies beyond the largest disparity.
+    cut_off: f32,
+}
+
+impl Default for PixelWeights {
+    fn default() -> PixelWeights {
+        PixelWeights { transmittance: 1.0, lost: 0.0, cut_off: 0.0 }
+    }
+}
+
+impl PixelWeights {
+    fn blend(&mut self, alpha: f32, is_lost: bool, is_cut_off: bool) {
+        let weight = self.transmittance * alpha;
+        self.transmittance -= weight;
+        self.lost += if is_lost { weight } else { 0.0 };
+        self.cut_off += if is_cut_off { weight } else { 0.0 };
+    }
+}
+
+/// The opacity of a splat by place.
+struct Alpha {
+    mean: [f32; 2],
+    conic: [f32; 3],
+    opacity: f32,
+}
+
+impl Alpha {
+    fn of(splat: &Splat) -> Alpha {
+        let conic = splat.conic().unwrap_or_default();
+        Alpha { mean: splat.mean, conic, opacity: splat.opacity }
+    }
+
+    /// At a pixel; what does not reach α = 1/255 is not blended.
+    fn at(&self, x: u32, y: u32) -> f32 {
+        let [dx, dy] = [x as f32 - self.mean[0], y as f32 - self.mean[1]];
+        let [c0, c1, c2] = self.conic;
+        let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;
+        let alpha = (self.opacity * power.min(0.0).exp()).min(ALPHA_MAX);
+        if f64::from(alpha) < ALPHA_MIN { 0.0 } else { alpha }
+    }
+}
+
 /// A tile of the second view.
 struct Part {
     work: TileWork,
@@ -239,9 +289,8 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// A tile, with the entries that its own list had, what blended of them and what of that is
-    /// lost, and the largest disparity.
-    fn tile(&self, tile: usize) -> (Part, [u64; 3], f32) {
+    /// A tile, and what it has of its own list.
+    fn tile(&self, tile: usize) -> (Part, StereoSummary) {
         let (w, g) = (self.second, self.second.geometry);
         let (bytes, work) = (g.bitmap_bytes(), &w.tiles[tile]);
         let lanes = Lanes::new(w, tile);
@@ -255,34 +304,42 @@ impl Maker<'_> {
             stops: Vec::new(),
             iterated: Vec::new(),
         };
+        let mut summary = StereoSummary {
+            entries: work.entries.into(),
+            pixels: work.pixels.into(),
+            ..StereoSummary::default()
+        };
         // Entries that are kept in front of each list position.
         let mut before = Vec::with_capacity(list.len() + 1);
-        let (mut blends, mut lost, mut disparity) = (0u64, 0u64, 0f32);
+        let mut weights = vec![PixelWeights::default(); work.pixels as usize];
         let mut bits = vec![0u8; bytes];
-        for (at, &rank) in (0u32..).zip(list) {
+        for ((at, &rank), own) in (0u32..).zip(list).zip(bitmaps.chunks_exact(bytes)) {
             before.push(part.list.len() as u32);
+            let shift = self.shifts[rank as usize];
+            let is_cut_off = shift.is_some_and(|(_, shift, _)| shift.abs() > self.reach);
             bits.fill(0);
-            let own = &bitmaps[at as usize * bytes..][..bytes];
-            if self.shifts[rank as usize].is_none() {
-                bits.copy_from_slice(own);
-            }
-            if let Some((first, shift, _)) = self.shifts[rank as usize]
-                && shift.abs() <= self.reach
-            {
-                for subtile in (0..g.subtiles() as usize).filter(|s| own[s / 8] >> (s % 8) & 1 == 1)
-                {
-                    if self.is_handed_on(first, shift, tile, subtile) {
-                        bits[subtile / 8] |= 1 << (subtile % 8);
+            match shift {
+                None => bits.copy_from_slice(own),
+                Some(_) if is_cut_off => {}
+                Some((first, shift, _)) => {
+                    let subtiles = (0..g.subtiles() as usize).filter(|&s| has(own, s));
+                    subtiles
+                        .filter(|&s| self.is_handed_on(first, shift, tile, s))
+                        .for_each(|s| set(&mut bits, s));
+                    if bits.iter().any(|&bits| bits != 0) {
+                        summary.largest_disparity = summary.largest_disparity.max(shift.abs());
                     }
-                }
-                if bits.iter().any(|&bits| bits != 0) {
-                    disparity = disparity.max(shift.abs());
                 }
             }
             if at < work.loaded {
-                lanes.blends(at, g, |subtile, pixels| {
-                    blends += pixels;
-                    lost += if bits[subtile / 8] >> (subtile % 8) & 1 == 0 { pixels } else { 0 };
+                let (x0, y0, x1, _) = lanes.area;
+                let alpha = Alpha::of(lanes.splat(at));
+                lanes.blends(at, |x, y| {
+                    let is_lost = !has(&bits, lanes.subtile(&g, x, y));
+                    summary.blends += 1;
+                    summary.lost_blends += u64::from(is_lost);
+                    let pixel = &mut weights[((y - y0) * (x1 - x0) + x - x0) as usize];
+                    pixel.blend(alpha.at(x, y), is_lost, is_lost && is_cut_off);
                 });
             }
             if bits.iter().any(|&bits| bits != 0) {
@@ -294,8 +351,14 @@ impl Maker<'_> {
         let stops = lanes.all_stops();
         part.iterated = stops.map(|stop| before[(stop as usize).min(list.len())]).collect();
         self.count(tile, &mut part);
-        part.work.blends = work.blends.saturating_sub(lost);
-        (part, [u64::from(work.entries), blends, lost], disparity)
+        part.work.blends = work.blends.saturating_sub(summary.lost_blends);
+        summary.kept = part.list.len() as u64;
+        let changed = |lost: fn(&PixelWeights) -> f32| {
+            weights.iter().filter(|pixel| f64::from(lost(pixel)) >= ALPHA_MIN).count() as u64
+        };
+        summary.changed_pixels = changed(|pixel| pixel.lost);
+        summary.cut_off_pixels = changed(|pixel| pixel.cut_off);
+        (part, summary)
     }
 
     /// Whether a splat comes to a sub-tile: it blends in one of those under it in the first view.

@@ -21,6 +21,7 @@ use powergs_frame::scene::Eye;
 /// What the unit between two eyes declares.
 pub const STEREO: StageDecl = StageDecl {
     units: Some(|m| if is_derived(m) { m.of_type::<VruSpec>().cores } else { 0 }),
+    within: Some("vru"),
     works: &[
         work("reproject", 5, "One record that blends moved to its place in the second eye.")
             .a_cycle(|_| 1.0)
@@ -62,9 +63,9 @@ const MERGE: ActionId = work_id("merge");
 /// Records between the eyes.
 const RECORDS: BufferId = buffer_id("between_eyes");
 
-/// The share of the blends of a second view that may be lost (A132): what the first eye does not see
-/// is one to three hundredths of them, and no more than that is left out in silence.
-const LOST: f64 = 0.05;
+/// The share of the pixels of a second view that may change because disparities are beyond the
+/// largest: below it Nebula's eyes differ.
+const CUT_OFF: f64 = 0.01;
 
 /// What a frame of a pair is handed.
 #[derive(Debug)]
@@ -84,8 +85,8 @@ pub enum Refusal {
     Single,
     /// Both views are no pair of this kind.
     NoPair(NoSecond),
-    /// Too much of the second view is lost.
-    Lost(StereoSummary),
+    /// Too much of the second view lies beyond the largest disparity.
+    CutOff(StereoSummary),
 }
 
 impl PairWork {
@@ -126,8 +127,8 @@ impl PairWork {
         };
         match made {
             Err(why) => PairWork::Refused(Refusal::NoPair(why)),
-            Ok((_, Some(summary))) if summary.lost_share() > LOST => {
-                PairWork::Refused(Refusal::Lost(summary))
+            Ok((_, Some(summary))) if summary.cut_off() > CUT_OFF => {
+                PairWork::Refused(Refusal::CutOff(summary))
             }
             Ok((made, summary)) => PairWork::Second(Box::new(made), summary),
         }
@@ -149,12 +150,11 @@ impl PairWork {
                 "a splat is {rows:.1} rows lower in one eye than in the other: the eyes do not look \
                  along parallel axes; extract them with --stereo"
             ),
-            Refusal::Lost(summary) => format!(
-                "{:.1} % of what blends in the second eye was not handed on by the first one: \
-                 disparities of more than `stereo.lag` = {} tiles of `geometry.tile` = {} pixels \
-                 are lost, and so is what the first eye does not see; enlarge `stereo.lag`, or \
-                 extract with eyes that are nearer to each other",
-                100.0 * summary.lost_share(),
+            Refusal::CutOff(summary) => format!(
+                "{:.1} % of the pixels of the second eye change, because disparities of more than \
+                 `stereo.lag` = {} tiles of `geometry.tile` = {} pixels are not handed on: enlarge \
+                 `stereo.lag`, or extract with eyes that are nearer to each other",
+                100.0 * summary.cut_off(),
                 spec.lag,
                 machine.tiles().geometry.tile
             ),
@@ -190,8 +190,8 @@ impl PairWork {
 }
 
 impl StereoSummary {
-    /// Share of the blends of the second view that are lost.
-    pub fn lost_share(&self) -> f64 {
-        self.lost_blends as f64 / self.blends.max(1) as f64
+    /// Share of the pixels that change because of the largest disparity.
+    fn cut_off(&self) -> f64 {
+        self.cut_off_pixels as f64 / self.pixels.max(1) as f64
     }
 }

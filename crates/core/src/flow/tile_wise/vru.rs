@@ -181,6 +181,7 @@ pub const FRONTS: StageDecl = StageDecl {
         };
         vru.cores.saturating_mul(of_core)
     }),
+    within: Some("vru"),
     works: &[
         work("leader", 13, "One α evaluated at a leader pixel of a mini-tile.")
             .a_cycle(|m| match m.of_type::<VruSpec>().implementation {

@@ -73,6 +73,12 @@ pub enum Key {
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
+    /// Share of the entries of its own lists that the second eye of a pair needs, 0 to 1.
+    SecondEyeKept,
+    /// Share of the pixels of the second eye that may change, 0 to 1.
+    SecondEyeChanged,
+    /// The part of them that changes because disparities are beyond the largest, 0 to 1.
+    SecondEyeCutOff,
     /// Bursts read by a stage that works.
     BurstsRead(Phase),
     /// Bursts written by a stage that works.
@@ -160,6 +166,9 @@ impl Key {
             Key::SecondMasterRate => "dram.second_master_gb_s".into(),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
+            Key::SecondEyeKept => "stereo.kept_frac".into(),
+            Key::SecondEyeChanged => "stereo.changed_pixels_frac".into(),
+            Key::SecondEyeCutOff => "stereo.cut_off_pixels_frac".into(),
         }
     }
 }

@@ -137,6 +137,36 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
     contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
     contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
+    let bare = "fovea.accumulators=0";
+    let whole = "geometry.subtile=16";
+    contradicts(&["vru.impl=leaders"], "vru.impl", "`fovea.accumulators` = 1");
+    let quad = ["vru.impl=leaders", bare, "vru.termination=quad"];
+    contradicts(&quad, "vru.termination", "mini-tiles stop whole");
+    contradicts(&["vru.impl=leaders", bare, whole], "geometry.subtile", "a test unit looks at 2x2");
+    let rows = ["vru.impl=rows", bare, "vru.termination=tile"];
+    contradicts(&rows, "geometry.subtile", "`geometry.tile` = 16");
+    let many = [&rows[..], &[whole, "vru.units-per-core=17"]].concat();
+    contradicts(&many, "vru.units-per-core", "`geometry.tile` = 16 rows");
+    contradicts(&["vru.impl=pixels", bare, whole], "vru.termination", "stop with the pixel");
+    contradicts(&["vru.termination=none"], "vru.termination", "`fovea.accumulators` = 1");
+    contradicts(&["gsu.impl=none", bare], "gsu.impl", "`vru.termination` = \"subtile\"");
+    let group = ["gsu.impl=none", "vru.termination=none", bare, "geometry.sort-group=64"];
+    contradicts(&group, "gsu.impl", "`geometry.sort-group` = 64");
+    contradicts(&["stereo.impl=derived"], "stereo.impl", "`fovea.accumulators` = 1");
+    let kept = ["stereo.impl=shared", bare, "gsu.impl=update", "binning.impl=free"];
+    contradicts(&kept, "stereo.impl", "`gsu.impl` = \"update\"");
+    let late = ["stereo.impl=shared", bare, "ccu.fetch=everything"];
+    contradicts(&late, "stereo.impl", "`ccu.fetch` = \"everything\"");
+    let buffer = |capacity: &str, word: &str| {
+        format!(
+            "stereo.buffer={{ capacity = \"{capacity}\", word = \"{word}\", banks = 4, ports = \
+             \"1rw\" }}"
+        )
+    };
+    let word = ["stereo.impl=derived", bare, &buffer("64 KiB", "0 B")];
+    contradicts(&word, "stereo.buffer.word", "from 1 B to the capacity");
+    let large = ["stereo.impl=derived", bare, &buffer("2 GiB", "32 B")];
+    contradicts(&large, "stereo.buffer.capacity", "is above");
     let parallel = "vru.impl=parallel";
     let units = "vru.units-per-core";
     contradicts(&[parallel, "vru.units-per-core=6"], units, "a multiple of 4");

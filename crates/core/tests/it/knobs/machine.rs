@@ -109,8 +109,6 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
         }
         Some(inert) => {
             let sets: Vec<String> = iter::once(&flat).chain(&inert.lift).cloned().collect();
-            // Not every machine can be lifted; one that can is among them, or its key is alive.
-            Machine::parse_with(file.text, &sets).ok()?;
             Base::of(file.text, &sets).dead(doc)
         }
         None => match Optional::of(&doc.path) {

@@ -88,7 +88,7 @@ fn works(machine: &Machine) -> Arc<Vec<Box<dyn Work>>> {
 
 /// What a machine takes over into each frame.
 fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
-    static ALL: Shared<(WorkKey, Option<u32>), Vec<Option<Handed>>> =
+    static ALL: Shared<(WorkKey, Option<Vec<u32>>), Vec<Option<Handed>>> =
         LazyLock::new(Default::default);
     let flow = machine.flow();
     cached(&ALL, (flow.work_key(machine), flow.takes_over(machine)), || {

@@ -343,6 +343,12 @@ impl Dice {
             depth_update: order.pick(&[DepthUpdate::Deferred, DepthUpdate::Fetched]),
             weights_per_cycle: order.roll(1, 5),
         };
+        // Nobody looks through the list of a group then.
+        let group = machine.tiles().geometry.sort_group;
+        let gsu = &mut machine.tiles_mut().gsu;
+        if gsu.implementation == GsuImpl::None && group != Geometry::REFERENCE.tile {
+            gsu.implementation = GsuImpl::Merge;
+        }
         machine.tiles_mut().vru = VruSpec {
             cores: self.roll(1, 3),
             units_per_core: self.pick(&[1, 4, 16]),

@@ -1,6 +1,7 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
+use crate::sim::statistics::Key;
 use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, StereoSummary};
 use crate::workload::reuse::ReuseSummary;
 
@@ -66,11 +67,20 @@ pub(super) fn stereo(list: &mut List) {
     let text = "Entries of the lists of the second eye, which are made of these.";
     count(list, "stereo.kept", "1", text, |f| of(f).map(|s| s.kept));
     let text = "Share of the entries of its own lists that the second eye needs, 0 to 1.";
-    real(list, "stereo.kept_frac", "1", text, |f, _| of(f).and_then(|s| share(s.kept, s.entries)));
+    real(list, Key::SecondEyeKept, "1", text, |f, _| of(f).and_then(|s| share(s.kept, s.entries)));
     let text = "Share of the blends of the second eye that it loses, because their splats blend \
                 nowhere under them in the first eye, 0 to 1.";
     real(list, "stereo.lost_blends_frac", "1", text, |f, _| {
         of(f).and_then(|s| share(s.lost_blends, s.blends))
+    });
+    let text = "Share of the pixels of the second eye whose colour may change by a step of eight bits \
+                or more by that, 0 to 1: the weights of what is lost add up to 1/255.";
+    real(list, Key::SecondEyeChanged, "1", text, |f, _| {
+        of(f).and_then(|s| share(s.changed_pixels, s.pixels))
+    });
+    let text = "The part of them that changes because disparities are beyond `stereo.lag`, 0 to 1.";
+    real(list, Key::SecondEyeCutOff, "1", text, |f, _| {
+        of(f).and_then(|s| share(s.cut_off_pixels, s.pixels))
     });
     let text = "Largest disparity of a splat that was handed on, in pixels.";
     real(list, "stereo.largest_disparity", "1", text, |f, _| {

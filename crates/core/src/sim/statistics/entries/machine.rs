@@ -21,7 +21,7 @@ fn share(frame: &FrameReport, kind: StageId, cycles: fn(&UnitCycles) -> u64) -> 
 }
 
 pub(super) fn units(list: &mut List) {
-    for (kind, facts) in hardware().units() {
+    for (kind, facts) in hardware().units().filter(|(kind, _)| stage(*kind).within.is_none()) {
         let (first, words) = (list.len(), facts.words);
         let path = |end: &str| format!("units.{}.{end}", facts.key);
         let text = format!("Number of {words} in the machine; absent where it has none.");
