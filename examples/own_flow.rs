@@ -61,7 +61,7 @@ flow::flow_tables!(Unsorted, UnsortedFlow, [blender]);
 
 const BLENDER: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<BlenderSpec>().units),
-    works: &[work("normalise", 4, "One pixel divided by its weight.").a_cycle(|_| 1.0)],
+    works: &[work("divide", 4, "One pixel divided by its weight.").a_cycle(|_| 1.0)],
     also_works: &[
         AlsoDecl { key: "alpha", a_cycle: |m| f64::from(m.of_type::<BlenderSpec>().lanes) },
         AlsoDecl { key: "blend", a_cycle: |m| f64::from(m.of_type::<BlenderSpec>().lanes) },
@@ -278,7 +278,7 @@ fn through<O: Observer>(
     let counts = [
         ("alpha", evaluated),
         ("blend", evaluated),
-        ("normalise", pixels),
+        ("divide", pixels),
         ("sram-write.blender-in", read),
         ("sram-read.blender-in", read),
         ("dram-read", read),

@@ -67,7 +67,9 @@ fn from_four_files_to_a_report_with_regions() {
     assert_eq!(info["frames"][2]["foveated"], true);
     assert_eq!(info["frames"][2]["gaze"], serde_json::json!([0.25, 0.75]));
 
-    for (arch, sets) in [("gscore", "fovea.accumulators=2"), ("gbu", "fovea.accumulators=1")] {
+    for (arch, sets) in
+        [("gscore", "fovea.accumulators=2"), ("gscore-powergs", "fovea.accumulators=1")]
+    {
         let mut replay = run(&["--json", "replay", "fr.bin", "--arch", arch, "--set", sets]);
         let out = format!("report-{arch}");
         let report = json(replay.args(["--out", &out]));

@@ -9,6 +9,7 @@ mod fovea;
 mod group;
 pub mod order;
 pub mod paper;
+mod relist;
 pub mod reuse;
 mod storage;
 mod tile;
@@ -19,6 +20,7 @@ use powergs_frame::splat::{Counters, FoveaCounters, Intersection, Splat};
 
 pub use bin::{bin, bin_for};
 pub(crate) use chunk::{ChunkScratch, TilePixels, push_chunks};
+pub use relist::TileList;
 
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
@@ -115,22 +117,22 @@ impl Geometry {
 
 /// What machines need of a frame besides its lists.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct Detail {
+pub struct FrameDetail {
     /// Splats and pixels one by one ([`FrameWorkload::pixels`]).
     pub pixels: bool,
     /// Nothing stops: every pixel of a tile goes through all of its list.
     pub whole: bool,
 }
 
-impl Detail {
+impl FrameDetail {
     /// All bits as a number, 0 for none.
     pub(crate) fn number(self) -> u32 {
         u32::from(self.pixels) | u32::from(self.whole) << 1
     }
 
     /// The inverse.
-    pub(crate) fn of_number(number: u32) -> Detail {
-        Detail { pixels: number & 1 != 0, whole: number & 2 != 0 }
+    pub(crate) fn of_number(number: u32) -> FrameDetail {
+        FrameDetail { pixels: number & 1 != 0, whole: number & 2 != 0 }
     }
 }
 
@@ -307,8 +309,8 @@ pub struct FrameWorkload {
     /// Results of foveated frames.
     pub fovea: Option<FoveaWork>,
     /// What it was binned for.
-    pub detail: Detail,
-    /// With [`Detail::pixels`].
+    pub detail: FrameDetail,
+    /// With [`FrameDetail::pixels`].
     pub pixels: Option<Pixels>,
 }
 
@@ -397,7 +399,7 @@ impl FrameWorkload {
             slot: Vec::new(),
             storage: Vec::new(),
             fovea: None,
-            detail: Detail::default(),
+            detail: FrameDetail::default(),
             pixels: None,
         }
     }

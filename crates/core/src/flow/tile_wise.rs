@@ -11,6 +11,7 @@ pub mod cache;
 pub mod ccu;
 mod check;
 pub mod colour;
+pub mod kept_order;
 pub mod lanes;
 pub mod layout;
 pub mod lists;
@@ -47,7 +48,7 @@ use crate::stage::StageDecl;
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
-use crate::workload::{Cull, Detail, FrameWorkload, Geometry, bin_for};
+use crate::workload::{Cull, FrameDetail, FrameWorkload, Geometry, bin_for};
 use powergs_base::budget::Budget;
 use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
@@ -61,9 +62,10 @@ pub use resolved::ResolvedUnits;
 pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
 pub use tables::*;
 
+use kept_order::{KeptOrder, TableUse};
 use measures::CacheKey;
 use schedule::Plan;
-use stereo::PairWork;
+use stereo::EyeWork;
 use subtiles::{ChunkRun, Discipline};
 use vru::{ALPHA, STOPPED_PIXEL};
 
@@ -177,7 +179,11 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
-        let (period, stereo) = (machine.tiles().gsu.period(), &machine.tiles().stereo);
+        let (gsu, stereo) = (&machine.tiles().gsu, &machine.tiles().stereo);
+        let period = gsu.period();
+        if gsu.keeps_lists() {
+            return Some(vec![gsu.implementation as u32, gsu.reuse_period, gsu.margin]);
+        }
         // Orders and second views exclude each other.
         match stereo.implementation {
             StereoImpl::Separate => (period > 1).then(|| vec![period]),
@@ -193,8 +199,12 @@ impl Dataflow for TileWiseFlow {
         history: &mut History,
     ) -> Option<Handed> {
         self.takes_over(machine)?;
-        if let Some(pair) = PairWork::of(machine.tiles(), work.of()?, eye, history) {
+        if let Some(pair) = EyeWork::of(machine.tiles(), work.of()?, eye, history) {
             return Some(Box::new(pair));
+        }
+        let gsu = &machine.tiles().gsu;
+        if gsu.keeps_lists() {
+            return Some(Box::new(KeptOrder::of(gsu, work.of()?, eye, history)?));
         }
         let reuse = measures::reuse(work.of()?, eye, machine.tiles().gsu.period(), history)?;
         Some(Box::new(reuse))
@@ -226,6 +236,8 @@ pub struct FrameContext<'a> {
     /// What each list (of a tile, or of a sort group) reuses of the frame before; `None` where
     /// lists are sorted from scratch.
     pub reuse: Option<&'a [ListReuse]>,
+    /// Lists of frames before that this one goes through, and those that it leaves.
+    pub table: Option<&'a TableUse>,
     /// How pairs get into the lists of tiles; `None` where entries are written back to back.
     /// [`replay`] and its kin measure it themselves.
     pub lists: Option<&'a ListWrites>,
@@ -240,6 +252,11 @@ pub struct FrameContext<'a> {
 }
 
 impl FrameContext<'_> {
+    /// Whether the lists that are read are those that this frame writes, and no others.
+    fn has_own_lists(&self) -> bool {
+        self.reuse.is_none() && self.table.is_none()
+    }
+
     /// What a chunk takes, by its position in [`FrameWorkload::chunks`].
     pub(crate) fn run(&self, chunk: usize) -> Option<ChunkRun> {
         self.runs.map(|runs| runs[chunk])
@@ -351,8 +368,11 @@ fn run(
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
     let FrameTask { machine, memo, .. } = *task;
-    if let Some(pair) = task.before.and_then(|before| before.downcast_ref::<PairWork>()) {
+    if let Some(pair) = task.before.and_then(|before| before.downcast_ref::<EyeWork>()) {
         return pair_frame(task, workload, pair, observer);
+    }
+    if let Some(kept) = task.before.and_then(|before| before.downcast_ref::<KeptOrder>()) {
+        return kept_frame(task, workload, kept, observer);
     }
     let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
@@ -367,6 +387,35 @@ fn run(
     Ok(outcome)
 }
 
+/// A frame that goes through lists of frames before, or leaves its own.
+fn kept_frame(
+    task: &FrameTask<'_>,
+    workload: &FrameWorkload,
+    kept: &KeptOrder,
+    observer: &mut impl Observer,
+) -> Result<FlowOutcome, SimError> {
+    // What others share is of the frame's own lists.
+    let own = Memo::default();
+    let (workload, memo) = match &kept.made {
+        Some(made) => (&**made, &own),
+        None => (workload, task.memo),
+    };
+    let task = &FrameTask { memo, ..*task };
+    let cache = CacheKey::of(task.machine).map(|key| memo.get(key, |key| key.replay(workload)));
+    let context = FrameContext {
+        hits: cache.as_ref().map(|cache| cache.hits.as_slice()),
+        table: Some(&kept.lists),
+        ..FrameContext::default()
+    };
+    let replay = replay_with(workload, task.machine, context, memo, observer);
+    let mut outcome = outcome_of(task, workload, replay, context)?;
+    outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
+    if let Some(summary) = kept.summary {
+        outcome.lists = Some(ListOrder::Reused(summary));
+    }
+    Ok(outcome)
+}
+
 /// What comes of a frame that has run, without its cache.
 fn outcome_of(
     task: &FrameTask<'_>,
@@ -378,11 +427,15 @@ fn outcome_of(
     if let Some(error) = &replay.rule_error {
         return Err(Incompatible::from(error.clone()).into());
     }
-    accounts::written(task.frame, workload, machine, &replay, context.reuse.is_some())?;
+    accounts::written(task.frame, workload, machine, &replay, !context.has_own_lists())?;
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let lists = match reuse {
         Some(reuse) => Some(ListOrder::Reused(reuse.summary)),
-        None => (task.checks_order && !context.derived && machine.tiles().gsu.sorts()).then(|| {
+        None => (task.checks_order
+            && context.table.is_none()
+            && !context.derived
+            && machine.tiles().gsu.sorts())
+        .then(|| {
             let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
             ListOrder::Sorted(*order)
         }),
@@ -407,7 +460,7 @@ fn outcome_of(
 fn pair_frame(
     task: &FrameTask<'_>,
     workload: &FrameWorkload,
-    pair: &PairWork,
+    pair: &EyeWork,
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
     let machine = task.machine;
@@ -416,7 +469,7 @@ fn pair_frame(
     }
     let (separate, own) = (FrameTask { before: None, ..*task }, Memo::default());
     let mut outcome = match pair {
-        PairWork::Second(made, Some(_)) => {
+        EyeWork::Second(made, Some(_)) => {
             let hits: Vec<u32> = made.chunks.iter().map(|chunk| chunk.entries).collect();
             let context =
                 FrameContext { hits: Some(&hits), derived: true, ..FrameContext::default() };
@@ -424,11 +477,11 @@ fn pair_frame(
             outcome_of(&separate, made, replay, context)?
         }
         // What is kept of the frame is of its own lists.
-        PairWork::Second(made, None) => run(&FrameTask { memo: &own, ..separate }, made, observer)?,
+        EyeWork::Second(made, None) => run(&FrameTask { memo: &own, ..separate }, made, observer)?,
         _ => run(&separate, workload, observer)?,
     };
     pair.charge(machine, &mut outcome.actions);
-    if let PairWork::Second(_, summary) = pair {
+    if let EyeWork::Second(_, summary) = pair {
         outcome.stereo = *summary;
     }
     Ok(outcome)
@@ -448,10 +501,10 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
 
 /// The key of workloads of a geometry, of machines that need nothing besides.
 pub fn work_key(geometry: Geometry) -> WorkKey {
-    work_key_for(geometry, Detail::default())
+    work_key_for(geometry, FrameDetail::default())
 }
 
-fn work_key_for(geometry: Geometry, detail: Detail) -> WorkKey {
+fn work_key_for(geometry: Geometry, detail: FrameDetail) -> WorkKey {
     let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
     let mut numbers = vec![tile, subtile, sort_group, chunk, test as u32, cull as u32];
     numbers.extend(Some(detail.number()).filter(|&number| number > 0));
@@ -459,11 +512,11 @@ fn work_key_for(geometry: Geometry, detail: Detail) -> WorkKey {
 }
 
 /// Geometry and detail of a key.
-fn of_key(key: &WorkKey) -> (Geometry, Detail) {
+fn of_key(key: &WorkKey) -> (Geometry, FrameDetail) {
     let [tile, subtile, sort_group, chunk, test, cull, ref rest @ ..] = key.numbers[..] else {
         panic!("a key of {KEY} has six numbers: {key}")
     };
-    let detail = Detail::of_number(rest.first().copied().unwrap_or(0));
+    let detail = FrameDetail::of_number(rest.first().copied().unwrap_or(0));
     let cull = if cull == Cull::Frustum as u32 { Cull::Frustum } else { Cull::Depth };
     let tests = [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse];
     let test = tests.into_iter().find(|known| *known as u32 == test);

@@ -11,7 +11,7 @@ use super::fovea::TileFovea;
 use super::group::count_groups;
 use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
-use super::{ChunkWork, Cull, Detail, FrameWorkload, Geometry, Pixels};
+use super::{ChunkWork, Cull, FrameDetail, FrameWorkload, Geometry, Pixels};
 use powergs_frame::splat::runs::{Runs, Touch};
 use powergs_frame::splat::{Counters, TileGrid};
 use powergs_frame::trace::Frame;
@@ -23,11 +23,11 @@ pub(super) const NOBODY: u32 = u32::MAX;
 /// at another one the stop ranks are still those of the reference tiling, and the difference is
 /// what its intersection test leaves out.
 pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
-    bin_for(frame, geometry, Detail::default())
+    bin_for(frame, geometry, FrameDetail::default())
 }
 
 /// As [`bin`], with what some machines need besides.
-pub fn bin_for(frame: &Frame, geometry: Geometry, detail: Detail) -> FrameWorkload {
+pub fn bin_for(frame: &Frame, geometry: Geometry, detail: FrameDetail) -> FrameWorkload {
     let camera = &frame.facts.camera;
     let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
     let fovea = frame.fovea.as_ref().map(|fovea| TileFovea::new(fovea, grid));

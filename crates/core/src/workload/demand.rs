@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{ChunkWork, Detail, Geometry, TileWork};
+use super::{ChunkWork, FrameDetail, Geometry, TileWork};
 use powergs_base::budget::{Budget, OverBudget};
 use powergs_frame::splat::runs::{Run, Touch};
 use powergs_frame::splat::{Cover, Splat, TileGrid};
@@ -34,7 +34,7 @@ pub enum Unbinnable {
 pub fn demand(
     frame: &Frame,
     geometry: Geometry,
-    detail: Detail,
+    detail: FrameDetail,
     budget: Budget,
 ) -> Result<u64, Unbinnable> {
     let camera = &frame.facts.camera;

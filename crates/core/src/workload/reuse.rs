@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::{FrameWorkload, Geometry};
+use powergs_frame::splat::{Cover, Splat, TileGrid};
 
 /// The lists of a frame in the order that a sorter left them.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +35,56 @@ impl SortedLists {
             lists: (0..groups(workload)).into_par_iter().map(list).collect(),
             age: 0,
         }
+    }
+
+    /// As [`exact`](SortedLists::exact), with the splats that would touch a tile if they were
+    /// `margin` pixels or less elsewhere: for frames from near by. A list is of a tile.
+    ///
+    /// # Panics
+    /// When the frame was not binned for [`FrameDetail::pixels`](super::FrameDetail).
+    pub fn widened(workload: &FrameWorkload, margin: u32) -> SortedLists {
+        let splats = &workload.pixels.as_ref().expect("binned for pixels").splats;
+        let Geometry { tile, test, .. } = workload.geometry;
+        let grid_of = TileGrid::new(workload.width, workload.height, tile);
+        // Steps of less than a tile, so that none is passed over.
+        let steps = i64::from(2 * margin.div_ceil(tile));
+        let shift = |step: i64| margin as f32 * (2 * step - steps) as f32 / steps.max(1) as f32;
+        let all_shifts: Vec<[f32; 2]> =
+            (0..=steps).flat_map(|x| (0..=steps).map(move |y| [shift(x), shift(y)])).collect();
+        let touched: Vec<Vec<u32>> = splats
+            .par_iter()
+            .map(|splat| {
+                let mut tiles = Vec::new();
+                for shift in &all_shifts {
+                    let mean = [splat.mean[0] + shift[0], splat.mean[1] + shift[1]];
+                    let cover = Cover::new(&Splat { mean, ..*splat }, grid_of, test);
+                    tiles.extend(
+                        cover
+                            .rows()
+                            .flat_map(|row| (row.x0..row.x1).map(move |x| row.y * grid_of.nx + x)),
+                    );
+                }
+                tiles.sort_unstable();
+                tiles.dedup();
+                tiles
+            })
+            .collect();
+        let mut lists = vec![Vec::new(); grid_of.len()];
+        // Ranks are by depth.
+        for (tiles, &index) in touched.iter().zip(&workload.index) {
+            tiles.iter().for_each(|&tile| lists[tile as usize].push(index));
+        }
+        SortedLists { geometry: workload.geometry, grid: grid(workload), lists, age: 0 }
+    }
+
+    /// The same, a frame later.
+    pub fn older(self) -> SortedLists {
+        SortedLists { age: self.age + 1, ..self }
+    }
+
+    /// Whether its lists are those of the tiles or groups of a frame.
+    pub fn fits(&self, workload: &FrameWorkload) -> bool {
+        (self.geometry, self.grid) == (workload.geometry, grid(workload))
     }
 
     /// Frames since all lists were sorted from scratch.
@@ -105,7 +156,7 @@ pub const KEEP: f64 = 0.78;
 /// Where the lists of the two frames do not correspond (another geometry or image size), all is
 /// new.
 pub fn update(old: &SortedLists, workload: &FrameWorkload) -> (Reuse, SortedLists) {
-    let same = (old.geometry, old.grid) == (workload.geometry, grid(workload));
+    let same = old.fits(workload);
     let rank_of = ranks_by_index(workload);
     let parts = 4 * rayon::current_num_threads() as u32;
     let part = groups(workload).div_ceil(parts).max(1);
@@ -134,7 +185,7 @@ pub fn update(old: &SortedLists, workload: &FrameWorkload) -> (Reuse, SortedList
 }
 
 /// Depth rank by scene index; [`GONE`] where the splat is not visible.
-fn ranks_by_index(workload: &FrameWorkload) -> Vec<u32> {
+pub(crate) fn ranks_by_index(workload: &FrameWorkload) -> Vec<u32> {
     let most = workload.index.iter().max().map_or(0, |&index| index as usize + 1);
     let mut ranks = vec![GONE; most];
     for (rank, &index) in (0..).zip(&workload.index) {
@@ -168,7 +219,7 @@ fn summary(part: &ReusePart) -> ReuseSummary {
 }
 
 /// Not visible, or not in the list.
-const GONE: u32 = u32::MAX;
+pub(crate) const GONE: u32 = u32::MAX;
 
 /// Some lists.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use super::chunk::{ChunkScratch, TilePixels, push_chunks};
 use super::fovea::TileFovea;
-use super::{ChunkWork, Detail, Geometry, TileWork};
+use super::{ChunkWork, FrameDetail, Geometry, TileWork};
 use powergs_frame::splat::runs::Runs;
 use powergs_frame::splat::{Cover, Ellipse, TileGrid};
 use powergs_frame::trace::{Frame, NEVER};
@@ -40,7 +40,7 @@ pub(crate) fn bin_row(
     frame: &Frame,
     runs: &Runs,
     fovea: Option<&TileFovea<'_>>,
-    (geometry, detail): (Geometry, Detail),
+    (geometry, detail): (Geometry, FrameDetail),
     ty: u32,
 ) -> RowPart {
     let (starts, list, bitmaps) = build_lists(frame, runs, fovea, geometry, ty);

@@ -7,6 +7,7 @@ mod config;
 mod contract;
 mod energy;
 mod foveated;
+mod kept_lists;
 mod knobs;
 mod oracle_memory;
 mod pairs;

@@ -16,7 +16,7 @@ use powergs_core::run::{
 use powergs_core::sim::{FrameReport, Label, ListOrder, priced, time};
 use powergs_core::workload::demand::demand;
 use powergs_core::workload::paper::Padding;
-use powergs_core::workload::{Detail, bin};
+use powergs_core::workload::{FrameDetail, bin};
 use powergs_dram::address_trace::Requests;
 
 fn demo() -> PathBuf {
@@ -72,8 +72,8 @@ fn lists_that_take_more_than_the_budget_are_refused() {
         let mut frames = trace();
         let first = frames.take(0).and_then(|pending| pending.get()).expect("a frame");
         let geometry = system("gscore", &[]).machine().tiles().geometry;
-        let enough =
-            demand(&first, geometry, Detail::default(), Budget::DEFAULT).expect("a small frame");
+        let enough = demand(&first, geometry, FrameDetail::default(), Budget::DEFAULT)
+            .expect("a small frame");
         frames.allow(Budget(Bytes(enough)));
         let method = format!("binning.impl={method}");
         let nothing = ["binning.pointers.capacity=0 B", "binning.combining.capacity=0 B"];

@@ -6,7 +6,7 @@ use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{SimError, Timed, time};
-use powergs_core::workload::{Detail, FrameWorkload, Geometry, bin_for};
+use powergs_core::workload::{FrameDetail, FrameWorkload, Geometry, bin_for};
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::Frame;
 use powergs_scene::camera::edit::stereo;
@@ -26,7 +26,7 @@ fn pair(seed: u64, distance: f64) -> [Frame; 2] {
     })
 }
 
-const PIXELS: Detail = Detail { pixels: true, whole: false };
+const PIXELS: FrameDetail = FrameDetail { pixels: true, whole: false };
 
 fn geometry(chunk: u32) -> Geometry {
     Geometry { subtile: 4, chunk, ..Geometry::REFERENCE }

@@ -59,7 +59,7 @@ pub type Measurements = BTreeMap<(String, MachineName), Totals>;
 
 /// How often a frame goes through a machine: what [`Watch::simulated`] counts up to.
 pub fn steps(tables: &Tables, rows: &[&Row]) -> u64 {
-    let of = |w: &Workload| (machines(rows, &w.name).len() * w.views) as u64;
+    let of = |w: &Workload| (machines(rows, &w.name).len() * w.frames()) as u64;
     tables.workloads.iter().map(of).sum()
 }
 

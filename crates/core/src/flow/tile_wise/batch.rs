@@ -153,7 +153,11 @@ impl<'a> Batches<'a> {
             *x += if left < STORAGE_BLOCK { growth / left } else { growth / STORAGE_BLOCK };
         }
         if t.pairs != self.pairs {
-            at[4] = part_of(t.pairs, at[4], self.pairs);
+            // Lists with a margin may have pairs where the frame has none.
+            at[4] = match self.pairs {
+                0 => part_of(t.pairs, end, t.records),
+                all => part_of(t.pairs, at[4], all),
+            };
         }
         at
     }

@@ -22,6 +22,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     sizes(machine, &mut found);
     words(machine, &mut found);
     order(machine, &mut found);
+    kept_lists(machine, &mut found);
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
     stereo(machine, &mut found);
@@ -147,6 +148,35 @@ fn order(m: &TileWise, found: &mut Found) {
     }
 }
 
+/// Lists that frames take over as they are.
+fn kept_lists(m: &TileWise, found: &mut Found) {
+    if !m.gsu.keeps_lists() {
+        return;
+    }
+    let mut excludes = |key: &'static str, value: String, remedy: &str, set: String| {
+        let message = format!(
+            "`gsu.impl` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, or \
+             `gsu.impl` = \"merge\"",
+            m.gsu.implementation.name()
+        );
+        found.add("gsu.impl", message);
+        found.ends_with("gsu.impl", "merge");
+    };
+    let g = &m.geometry;
+    if g.sort_group != g.tile {
+        let remedy = "lists are kept tile by tile";
+        excludes("geometry.sort-group", g.sort_group.to_string(), remedy, g.tile.to_string());
+    }
+    if m.record.entry_bitmap {
+        let remedy = "sub-tiles of the frame before would be those of splats that have moved";
+        excludes("record.entry-bitmap", "true".to_owned(), remedy, "false".to_owned());
+    }
+    if m.fovea.accumulators > 0 {
+        let remedy = "how levels are kept is not known";
+        excludes("fovea.accumulators", m.fovea.accumulators.to_string(), remedy, "0".to_owned());
+    }
+}
+
 /// Second views that are made of first ones.
 fn stereo(m: &TileWise, found: &mut Found) {
     let (way, buffer) = (m.stereo.implementation, &m.stereo.buffer);
@@ -166,9 +196,9 @@ fn stereo(m: &TileWise, found: &mut Found) {
         let remedy = "how levels are handed on is not known";
         excludes("fovea.accumulators", m.fovea.accumulators.to_string(), remedy, "0");
     }
-    if m.gsu.implementation == GsuImpl::Update {
+    if m.gsu.implementation == GsuImpl::Update || m.gsu.keeps_lists() {
         let remedy = "an order is kept for each eye, and the second one has none";
-        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "\"split\"");
+        excludes("gsu.impl", format!("\"{}\"", m.gsu.implementation.name()), remedy, "\"split\"");
     }
     if m.ccu.fetch != Fetch::VisibleColour {
         let remedy = "both eyes have the colours that were converted before sorting";

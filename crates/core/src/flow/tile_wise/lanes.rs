@@ -6,7 +6,7 @@
 
 use super::subtiles::ChunkRun;
 use crate::workload::{ChunkWork, FrameWorkload, Geometry, Pixels};
-use powergs_frame::splat::{Ellipse, Splat};
+use powergs_frame::splat::{ALPHA_MAX, ALPHA_MIN, Ellipse, Splat};
 
 /// Mini-tiles along a side of the square that a test unit looks at together.
 pub const TESTED_SIDE: u32 = 2;
@@ -78,9 +78,45 @@ impl LeaderTest {
     }
 }
 
+/// The opacity of a splat by place.
+pub(super) struct PixelAlpha {
+    mean: [f32; 2],
+    conic: [f32; 3],
+    opacity: f32,
+}
+
+impl PixelAlpha {
+    pub(super) fn of(splat: &Splat) -> PixelAlpha {
+        let conic = splat.conic().unwrap_or_default();
+        PixelAlpha { mean: splat.mean, conic, opacity: splat.opacity }
+    }
+
+    /// At a pixel; what does not reach α = 1/255 is not blended.
+    pub(super) fn at(&self, x: u32, y: u32) -> f32 {
+        let [dx, dy] = [x as f32 - self.mean[0], y as f32 - self.mean[1]];
+        let [c0, c1, c2] = self.conic;
+        let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;
+        let alpha = (self.opacity * power.min(0.0).exp()).min(ALPHA_MAX);
+        if f64::from(alpha) < ALPHA_MIN { 0.0 } else { alpha }
+    }
+}
+
+/// The rows of `area` that the ellipse of a splat reaches, each with the span of pixels in it: none
+/// where it reaches the row beside the area, or between two pixels.
+pub(super) fn spans(
+    splat: &Splat,
+    (x0, y0, x1, y1): (u32, u32, u32, u32),
+) -> impl Iterator<Item = (u32, Option<[u32; 2]>)> + use<> {
+    let ellipse = Ellipse::of(splat);
+    let rows = ellipse.map_or((0, 0), |ellipse| ellipse.rows());
+    let first = rows.0.clamp(i64::from(y0), i64::from(y1)) as u32;
+    let end = rows.1.clamp(i64::from(first), i64::from(y1)) as u32;
+    (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
+}
+
 /// A tile pixel by pixel.
 #[derive(Debug)]
-pub(super) struct Lanes<'a> {
+pub(super) struct LaneMap<'a> {
     /// Depth ranks of its list.
     list: &'a [u32],
     pixels: &'a Pixels,
@@ -92,7 +128,7 @@ pub(super) struct Lanes<'a> {
 
 /// The pixels of an entry.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Reach {
+pub struct PixelReach {
     /// Slots of units.
     pub slots: u64,
     /// Of these, of pixels that have not stopped.
@@ -107,15 +143,15 @@ pub(super) struct RowShare {
     /// Cycles of them.
     pub cycles: u64,
     /// Their pixels.
-    pub reach: Reach,
+    pub reach: PixelReach,
 }
 
-impl<'a> Lanes<'a> {
+impl<'a> LaneMap<'a> {
     /// # Panics
     /// On a workload without [`Pixels`].
-    pub(super) fn new(workload: &'a FrameWorkload, tile: usize) -> Lanes<'a> {
+    pub(super) fn new(workload: &'a FrameWorkload, tile: usize) -> LaneMap<'a> {
         let pixels = workload.pixels.as_ref().expect("binned for lane maps");
-        Lanes {
+        LaneMap {
             list: workload.list_of(&workload.tiles[tile]),
             pixels,
             width: workload.width,
@@ -139,15 +175,8 @@ impl<'a> Lanes<'a> {
         self.stops(y, span).iter().filter(|&&stop| stop > at).count() as u64
     }
 
-    /// The rows that the ellipse of an entry reaches, each with the span of pixels in the tile: none
-    /// where it reaches the row beside the tile, or between two pixels.
-    fn spans(&self, at: u32) -> impl Iterator<Item = (u32, Option<[u32; 2]>)> + use<'a> {
-        let (x0, y0, x1, y1) = self.area;
-        let ellipse = Ellipse::of(self.splat(at));
-        let rows = ellipse.map_or((0, 0), |ellipse| ellipse.rows());
-        let first = rows.0.clamp(i64::from(y0), i64::from(y1)) as u32;
-        let end = rows.1.clamp(i64::from(first), i64::from(y1)) as u32;
-        (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
+    fn spans(&self, at: u32) -> impl Iterator<Item = (u32, Option<[u32; 2]>)> + use<> {
+        spans(self.splat(at), self.area)
     }
 
     /// Calls `each` with column and row of every pixel in which an entry blends.
@@ -193,16 +222,16 @@ impl<'a> Lanes<'a> {
     }
 
     /// All pixels of a square of `side` pixels at a corner, those outside of the image as stopped.
-    pub(super) fn square_at(&self, [x, y]: [u32; 2], side: u32, at: u32) -> Reach {
+    pub(super) fn square_at(&self, [x, y]: [u32; 2], side: u32, at: u32) -> PixelReach {
         let (_, _, x1, y1) = self.area;
         let xs = [x.min(x1), (x + side).min(x1)];
         let live = (y..(y + side).min(y1)).map(|y| self.live(y, xs, at)).sum();
-        Reach { slots: u64::from(side).pow(2), live }
+        PixelReach { slots: u64::from(side).pow(2), live }
     }
 
     /// What an entry costs units that work on the same grain together. `visits` counts how often
     /// each pixel or quad of the tile is worked on.
-    fn reach(&self, at: u32, grain: Grain, visits: &mut [u32]) -> Reach {
+    fn reach(&self, at: u32, grain: Grain, visits: &mut [u32]) -> PixelReach {
         match grain {
             Grain::Box => self.square(at),
             Grain::Pixel => self.pixel_by_pixel(at, visits),
@@ -210,7 +239,7 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    fn square(&self, at: u32) -> Reach {
+    fn square(&self, at: u32) -> PixelReach {
         let (x0, y0, x1, y1) = self.area;
         let splat = self.splat(at);
         let radius = f64::from(splat.radius());
@@ -222,10 +251,10 @@ impl<'a> Lanes<'a> {
         };
         let (xs, ys) = (cut(splat.mean[0], x0, x1), cut(splat.mean[1], y0, y1));
         let slots = u64::from(xs[1] - xs[0]) * u64::from(ys[1] - ys[0]);
-        Reach { slots, live: (ys[0]..ys[1]).map(|y| self.live(y, xs, at)).sum() }
+        PixelReach { slots, live: (ys[0]..ys[1]).map(|y| self.live(y, xs, at)).sum() }
     }
 
-    fn pixel_by_pixel(&self, at: u32, visits: &mut [u32]) -> Reach {
+    fn pixel_by_pixel(&self, at: u32, visits: &mut [u32]) -> PixelReach {
         let (x0, y0, x1, _) = self.area;
         let mut live = 0;
         for (y, span) in self.spans(at) {
@@ -237,13 +266,13 @@ impl<'a> Lanes<'a> {
                 live += u64::from(is_live);
             }
         }
-        Reach { slots: live, live }
+        PixelReach { slots: live, live }
     }
 
-    fn quad_by_quad(&self, at: u32, visits: &mut [u32]) -> Reach {
+    fn quad_by_quad(&self, at: u32, visits: &mut [u32]) -> PixelReach {
         let (x0, y0, x1, y1) = self.area;
         let columns = (x1 - x0).div_ceil(QUAD);
-        let mut reach = Reach::default();
+        let mut reach = PixelReach::default();
         let mut spans = self.spans(at).peekable();
         while let Some((y, span)) = spans.next() {
             // Both rows of a quad, where the ellipse reaches them.

@@ -7,7 +7,7 @@ use super::{
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 15] = [
+pub(super) const OPTIONAL: [Optional; 17] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -51,16 +51,38 @@ pub(super) const OPTIONAL: [Optional; 15] = [
         is_there: |m| m.of_type::<BinningSpec>().implementation == BinningImpl::Append,
     },
     Optional {
-        what: "`gsu.impl` = \"merge\"",
+        what: "lists that are merged",
         switch: "gsu.impl",
         keys: &["gsu.fan-in"],
         with: &["gsu.impl=merge"],
-        is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Merge,
+        is_there: |m| m.of_type::<GsuSpec>().merges(),
+    },
+    Optional {
+        what: "an order for several frames",
+        switch: "gsu.impl",
+        keys: &["gsu.reuse-period"],
+        with: &["gsu.impl=update", "binning.impl=free"],
+        is_there: |m| {
+            matches!(m.of_type::<GsuSpec>().implementation, GsuImpl::Update | GsuImpl::Shared)
+        },
+    },
+    Optional {
+        what: "`gsu.impl` = \"shared\"",
+        switch: "gsu.impl",
+        keys: &["gsu.margin"],
+        with: &[
+            "gsu.impl=shared",
+            "gsu.reuse-period=6",
+            "binning.impl=free",
+            "record.entry-bitmap=false",
+            "fovea=none",
+        ],
+        is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Shared,
     },
     Optional {
         what: "`gsu.impl` = \"update\"",
         switch: "gsu.impl",
-        keys: &["gsu.reuse-period", "gsu.depth-update"],
+        keys: &["gsu.depth-update"],
         with: &["gsu.impl=update", "binning.impl=free"],
         is_there: |m| m.of_type::<GsuSpec>().implementation == GsuImpl::Update,
     },

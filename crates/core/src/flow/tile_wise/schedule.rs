@@ -10,7 +10,7 @@ use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::qsu::Keys;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
-use crate::flow::tile_wise::{Assignment, DepthUpdate, GsuImpl};
+use crate::flow::tile_wise::{Assignment, DepthUpdate};
 use crate::machine::Machine;
 use crate::workload::order::tiles as tile_order;
 use crate::workload::{FrameWorkload, TileWork};
@@ -139,7 +139,7 @@ impl Planner<'_> {
         let mine = &all[tiles.start as usize..tiles.end as usize];
         let works = || mine.iter().map(|&t| &self.workload.tiles[t as usize]);
         let mut keys = Keys::default();
-        let merged = matches!(qsu.spec.implementation, GsuImpl::Merge | GsuImpl::None);
+        let merged = qsu.spec.merges() || !qsu.spec.sorts();
         let (mut kept, mut depths) = (0, 0);
         let lists = group.as_ref().map_or(mine, std::slice::from_ref);
         if let Some(reuse) = self.context.reuse {
@@ -153,6 +153,15 @@ impl Planner<'_> {
                     DepthUpdate::Deferred => 0,
                     DepthUpdate::Fetched => u64::from(list.kept),
                 };
+            }
+        } else if let Some(table) = self.context.table {
+            keys.merged = true;
+            for &tile in mine {
+                let entries = u64::from(table.sorted[tile as usize]);
+                keys.held += entries + u64::from(table.read[tile as usize]);
+                keys.sorted += entries;
+                keys.passes = keys.passes.max(qsu.passes(entries));
+                kept += entries;
             }
         } else if let Some(group) = group {
             let entries = u64::from(self.workload.groups[group as usize].entries);

@@ -8,13 +8,10 @@
 
 use rayon::prelude::*;
 
-use super::lanes::Lanes;
+use super::lanes::{LaneMap, PixelAlpha};
 use crate::flow::StereoSummary;
-use crate::workload::{
-    ChunkScratch, ChunkWork, FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TilePixels,
-    TileWork, push_chunks,
-};
-use powergs_frame::splat::{ALPHA_MAX, ALPHA_MIN, Splat};
+use crate::workload::{FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TileList};
+use powergs_frame::splat::{ALPHA_MIN, Splat};
 
 /// No rank.
 const NONE: u32 = u32::MAX;
@@ -81,7 +78,7 @@ impl FirstView {
         let tiles: Vec<(Vec<u32>, Vec<u8>)> = (0..workload.tiles.len())
             .into_par_iter()
             .map(|tile| {
-                let lanes = Lanes::new(workload, tile);
+                let lanes = LaneMap::new(workload, tile);
                 let work = &workload.tiles[tile];
                 let (mut ranks, mut all) = (Vec::new(), Vec::new());
                 let mut bits = vec![0u8; bytes];
@@ -178,42 +175,17 @@ pub fn derived(
     {
         return Err(NoSecond::Rows(rows));
     }
-    let parts: Vec<(Part, StereoSummary)> = (0..second.tiles.len())
-        .into_par_iter()
-        .map(|tile| Maker { first, second, shifts: &shifts, reach }.tile(tile))
-        .collect();
+    let tiles = (0..second.tiles.len()).into_par_iter();
+    let maker = SecondTile { first, second, shifts: &shifts, reach };
+    let (lists, own): (Vec<TileList>, Vec<StereoSummary>) =
+        tiles.map(|tile| maker.tile(tile)).unzip();
     let mut summary = StereoSummary { handed_on: first.handed_on(), ..StereoSummary::default() };
-    let mut made = FrameWorkload {
-        width: second.width,
-        height: second.height,
-        tiles_x: second.tiles_x,
-        tiles_y: second.tiles_y,
-        sh_degree: second.sh_degree,
-        detail: second.detail,
-        pixels: Some(pixels.clone()),
-        index: second.index.clone(),
-        depth: second.depth.clone(),
-        slot: second.slot.clone(),
-        ..FrameWorkload::empty(second.geometry)
-    };
-    for (tile, (mut part, own)) in (0..).zip(parts) {
-        summary.add(&own);
-        part.work.list_start = made.list.len() as u32;
-        part.work.chunk_start = made.chunks.len() as u32;
-        made.tiles.push(part.work);
-        made.list.extend(part.list);
-        made.bitmaps.extend(part.bitmaps);
-        made.chunks.extend(part.chunks);
-        made.stops.extend(part.stops);
-        let (x0, y0, x1, _) = made.pixels_of(tile);
-        if let Some(all) = &mut made.pixels {
-            let width = (x1 - x0) as usize;
-            for (y, row) in (y0..).zip(part.iterated.chunks_exact(width.max(1))) {
-                let start = y as usize * second.width as usize + x0 as usize;
-                all.iterated[start..start + width].copy_from_slice(row);
-            }
-        }
-    }
+    own.iter().for_each(|own| summary.add(own));
+    // Nothing is fetched of the second eye: its features come on chip.
+    let mut made = second.with_lists(lists);
+    made.counters.fetched_points = 0;
+    made.chunks.iter_mut().for_each(|chunk| chunk.first_loads = 0);
+    made.tiles.iter_mut().for_each(|tile| tile.complete_after = 0);
     Ok((made, summary))
 }
 
@@ -248,62 +220,22 @@ impl PixelWeights {
     }
 }
 
-/// The opacity of a splat by place.
-struct Alpha {
-    mean: [f32; 2],
-    conic: [f32; 3],
-    opacity: f32,
-}
-
-impl Alpha {
-    fn of(splat: &Splat) -> Alpha {
-        let conic = splat.conic().unwrap_or_default();
-        Alpha { mean: splat.mean, conic, opacity: splat.opacity }
-    }
-
-    /// At a pixel; what does not reach α = 1/255 is not blended.
-    fn at(&self, x: u32, y: u32) -> f32 {
-        let [dx, dy] = [x as f32 - self.mean[0], y as f32 - self.mean[1]];
-        let [c0, c1, c2] = self.conic;
-        let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;
-        let alpha = (self.opacity * power.min(0.0).exp()).min(ALPHA_MAX);
-        if f64::from(alpha) < ALPHA_MIN { 0.0 } else { alpha }
-    }
-}
-
-/// A tile of the second view.
-struct Part {
-    work: TileWork,
-    list: Vec<u32>,
-    bitmaps: Vec<u8>,
-    chunks: Vec<ChunkWork>,
-    stops: Vec<[u32; 4]>,
-    iterated: Vec<u32>,
-}
-
-struct Maker<'a> {
+struct SecondTile<'a> {
     first: &'a FirstView,
     second: &'a FrameWorkload,
     shifts: &'a [Option<(u32, f32, f32)>],
     reach: f32,
 }
 
-impl Maker<'_> {
+impl SecondTile<'_> {
     /// A tile, and what it has of its own list.
-    fn tile(&self, tile: usize) -> (Part, StereoSummary) {
+    fn tile(&self, tile: usize) -> (TileList, StereoSummary) {
         let (w, g) = (self.second, self.second.geometry);
         let (bytes, work) = (g.bitmap_bytes(), &w.tiles[tile]);
-        let lanes = Lanes::new(w, tile);
+        let lanes = LaneMap::new(w, tile);
         let list = w.list_of(work);
         let bitmaps = &w.bitmaps[work.list_start as usize * bytes..][..list.len() * bytes];
-        let mut part = Part {
-            work: TileWork { pixels: work.pixels, ..TileWork::default() },
-            list: Vec::new(),
-            bitmaps: Vec::new(),
-            chunks: Vec::new(),
-            stops: Vec::new(),
-            iterated: Vec::new(),
-        };
+        let mut part = TileList::default();
         let mut summary = StereoSummary {
             entries: work.entries.into(),
             pixels: work.pixels.into(),
@@ -314,7 +246,7 @@ impl Maker<'_> {
         let mut weights = vec![PixelWeights::default(); work.pixels as usize];
         let mut bits = vec![0u8; bytes];
         for ((at, &rank), own) in (0u32..).zip(list).zip(bitmaps.chunks_exact(bytes)) {
-            before.push(part.list.len() as u32);
+            before.push(part.ranks.len() as u32);
             let shift = self.shifts[rank as usize];
             let is_cut_off = shift.is_some_and(|(_, shift, _)| shift.abs() > self.reach);
             bits.fill(0);
@@ -333,7 +265,7 @@ impl Maker<'_> {
             }
             if at < work.loaded {
                 let (x0, y0, x1, _) = lanes.area;
-                let alpha = Alpha::of(lanes.splat(at));
+                let alpha = PixelAlpha::of(lanes.splat(at));
                 lanes.blends(at, |x, y| {
                     let is_lost = !has(&bits, lanes.subtile(&g, x, y));
                     summary.blends += 1;
@@ -343,16 +275,15 @@ impl Maker<'_> {
                 });
             }
             if bits.iter().any(|&bits| bits != 0) {
-                part.list.push(rank);
+                part.ranks.push(rank);
                 part.bitmaps.extend(&bits);
             }
         }
-        before.push(part.list.len() as u32);
+        before.push(part.ranks.len() as u32);
         let stops = lanes.all_stops();
         part.iterated = stops.map(|stop| before[(stop as usize).min(list.len())]).collect();
-        self.count(tile, &mut part);
-        part.work.blends = work.blends.saturating_sub(summary.lost_blends);
-        summary.kept = part.list.len() as u64;
+        part.blends = work.blends.saturating_sub(summary.lost_blends);
+        summary.kept = part.ranks.len() as u64;
         let changed = |lost: fn(&PixelWeights) -> f32| {
             weights.iter().filter(|pixel| f64::from(lost(pixel)) >= ALPHA_MIN).count() as u64
         };
@@ -371,22 +302,6 @@ impl Maker<'_> {
         let columns = [x, x + n - 1].map(|x| (x as f64 + f64::from(shift)).round() as i64);
         let [first, last] = columns.map(|x| x.div_euclid(n));
         (first..=last).any(|column| self.first.blends(rank, column, row))
-    }
-
-    fn count(&self, tile: usize, part: &mut Part) {
-        let g = self.second.geometry;
-        let (x0, _, x1, _) = self.second.pixels_of(tile);
-        let (n, most) = (part.list.len() as u32, part.iterated.iter().copied().max().unwrap_or(0));
-        let work = &mut part.work;
-        work.entries = n;
-        work.alpha_evaluations = part.iterated.iter().map(|&i| u64::from(i)).sum();
-        work.chunks = most.div_ceil(g.chunk).max(u32::from(n > 0));
-        work.loaded = (u64::from(work.chunks) * u64::from(g.chunk)).min(u64::from(n)) as u32;
-        let pixels =
-            TilePixels { width: x1 - x0, iterated: &part.iterated, both: &[], seconds: &[] };
-        let mut scratch = ChunkScratch::default();
-        let (chunks, stops) = (&mut part.chunks, &mut part.stops);
-        push_chunks(g, work, pixels, &part.bitmaps, &mut scratch, chunks, stops);
     }
 }
 

@@ -69,7 +69,7 @@ const CUT_OFF: f64 = 0.01;
 
 /// What a frame of a pair is handed.
 #[derive(Debug)]
-pub enum PairWork {
+pub enum EyeWork {
     /// The first eye: records that it hands on.
     First(u64),
     /// The second eye, as the machine makes it.
@@ -89,14 +89,14 @@ pub enum Refusal {
     CutOff(StereoSummary),
 }
 
-impl PairWork {
+impl EyeWork {
     /// What a frame of a pair is handed; `None` where views are separate.
     pub(super) fn of(
         tiles: &TileWise,
         workload: &FrameWorkload,
         eye: Option<Eye>,
         history: &mut History,
-    ) -> Option<PairWork> {
+    ) -> Option<EyeWork> {
         let way = tiles.stereo.implementation;
         let is_derived = match way {
             StereoImpl::Separate => return None,
@@ -104,21 +104,21 @@ impl PairWork {
             StereoImpl::Derived => true,
         };
         Some(match eye {
-            None => PairWork::Refused(Refusal::Single),
+            None => EyeWork::Refused(Refusal::Single),
             Some(Eye::Left) => {
                 let first = FirstView::new(workload, is_derived);
                 let records = first.handed_on();
                 history.keep(eye, first);
-                PairWork::First(records)
+                EyeWork::First(records)
             }
             Some(Eye::Right) => match history.take::<FirstView>(Some(Eye::Left)) {
-                None => PairWork::Refused(Refusal::Single),
-                Some(first) => PairWork::second(tiles, &first, workload),
+                None => EyeWork::Refused(Refusal::Single),
+                Some(first) => EyeWork::second(tiles, &first, workload),
             },
         })
     }
 
-    fn second(tiles: &TileWise, first: &FirstView, workload: &FrameWorkload) -> PairWork {
+    fn second(tiles: &TileWise, first: &FirstView, workload: &FrameWorkload) -> EyeWork {
         let (lag, tile) = (tiles.stereo.lag, tiles.geometry.tile);
         let made = match tiles.stereo.implementation {
             StereoImpl::Derived => derived(first, workload, (lag * tile) as f32)
@@ -126,17 +126,17 @@ impl PairWork {
             _ => shared(first, workload).map(|made| (made, None)),
         };
         match made {
-            Err(why) => PairWork::Refused(Refusal::NoPair(why)),
+            Err(why) => EyeWork::Refused(Refusal::NoPair(why)),
             Ok((_, Some(summary))) if summary.cut_off() > CUT_OFF => {
-                PairWork::Refused(Refusal::CutOff(summary))
+                EyeWork::Refused(Refusal::CutOff(summary))
             }
-            Ok((made, summary)) => PairWork::Second(Box::new(made), summary),
+            Ok((made, summary)) => EyeWork::Second(Box::new(made), summary),
         }
     }
 
     /// The refusal of a frame.
     pub(super) fn refusal(&self, machine: &Machine) -> Option<Incompatible> {
-        let PairWork::Refused(why) = self else { return None };
+        let EyeWork::Refused(why) = self else { return None };
         let spec = &machine.tiles().stereo;
         let because = match why {
             Refusal::Single => {
@@ -175,16 +175,16 @@ impl PairWork {
         let word = spec.buffer.word.0.max(1);
         let record = machine.tiles().record.feature.0.next_multiple_of(word);
         match self {
-            PairWork::First(records) => {
+            EyeWork::First(records) => {
                 actions.charge(Phase::Rendering, REPROJECT, *records);
                 actions.charge(Phase::Rendering, sram_write(RECORDS), records * record);
             }
-            PairWork::Second(made, _) => {
+            EyeWork::Second(made, _) => {
                 let records = made.list.len() as u64;
                 actions.charge(Phase::Rendering, MERGE, records);
                 actions.charge(Phase::Rendering, sram_read(RECORDS), records * record);
             }
-            PairWork::Refused(_) => {}
+            EyeWork::Refused(_) => {}
         }
     }
 }

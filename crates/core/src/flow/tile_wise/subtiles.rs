@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Grain, Lanes, Leaders, Reach, RowShare, TESTED_SIDE};
+use super::lanes::{Grain, LaneMap, Leaders, PixelReach, RowShare, TESTED_SIDE};
 use crate::flow::tile_wise::{Termination, VruImpl, VruSpec};
 use crate::kernel::MemoKey;
 use crate::workload::{ChunkWork, FrameWorkload};
@@ -100,14 +100,14 @@ pub struct ChunkRun {
     /// Changes of the pixel state from one sub-tile to another.
     pub switches: u64,
     /// Pixels that were worked on; `None` where pairs are whole sub-tiles.
-    pub reach: Option<Reach>,
+    pub reach: Option<PixelReach>,
     /// Leader pixels that were tested, or rows that were looked for.
     pub front: u64,
 }
 
 impl ChunkRun {
     /// Adds pixels that were worked on.
-    pub(super) fn add(&mut self, reach: Reach) {
+    pub(super) fn add(&mut self, reach: PixelReach) {
         let all = self.reach.get_or_insert_default();
         all.slots += reach.slots;
         all.live += reach.live;
@@ -321,7 +321,7 @@ struct Tile<'a> {
     side: u32,
     pixels: u32,
     /// Its pixels, where they are looked at one by one.
-    lanes: Option<Lanes<'a>>,
+    lanes: Option<LaneMap<'a>>,
 }
 
 /// When sub-tiles are known to have stopped.
@@ -339,7 +339,7 @@ impl<'a> Tile<'a> {
             SubtileWay::Rows { units, .. } => vec![last; units as usize],
             _ => stops.iter().map(end).collect(),
         };
-        let lanes = discipline.counts_pixels().then(|| Lanes::new(workload, tile));
+        let lanes = discipline.counts_pixels().then(|| LaneMap::new(workload, tile));
         let bitmaps = match discipline.skips {
             true => &workload.bitmaps[work.list_start as usize * bytes..],
             false => &[],
@@ -576,7 +576,7 @@ impl<'a> Tile<'a> {
         now: u64,
         depth: u32,
         own: &mut Queues,
-        (lanes, work): (&Lanes<'_>, &EntryWork),
+        (lanes, work): (&LaneMap<'_>, &EntryWork),
         run: &mut ChunkRun,
     ) -> u64 {
         let free = |test: &Test| own.tested[test.unit].min(test.noticed);
@@ -603,7 +603,7 @@ impl<'a> Tile<'a> {
     }
 
     /// The first pixel of a sub-tile.
-    fn corner(&self, place: usize, lanes: &Lanes<'_>) -> [u32; 2] {
+    fn corner(&self, place: usize, lanes: &LaneMap<'_>) -> [u32; 2] {
         let (x, y) = (place as u32 % self.side, place as u32 / self.side);
         [lanes.area.0 + x * self.pixels, lanes.area.1 + y * self.pixels]
     }
@@ -633,7 +633,7 @@ impl<'a> Tile<'a> {
     fn want_rows(
         &self,
         at: u32,
-        lanes: &Lanes<'_>,
+        lanes: &LaneMap<'_>,
         own: &Queues,
         work: &mut EntryWork,
         known: u32,
@@ -655,7 +655,7 @@ impl<'a> Tile<'a> {
     fn look(
         &self,
         at: u32,
-        (lanes, leaders): (&Lanes<'_>, Leaders),
+        (lanes, leaders): (&LaneMap<'_>, Leaders),
         own: &Queues,
         work: &mut EntryWork,
         known: u32,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::rules::UnitRules;
 use crate::machine::{BufferSpec, Machine, Ports};
 use crate::workload::binning::ListShape;
-use crate::workload::{Detail, Geometry};
+use crate::workload::{FrameDetail, Geometry};
 
 pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
@@ -117,10 +117,11 @@ impl TileWise {
     }
 
     /// What it needs of a frame besides its lists.
-    pub fn detail(&self) -> Detail {
-        Detail {
+    pub fn detail(&self) -> FrameDetail {
+        FrameDetail {
             pixels: self.vru.implementation.needs_pixels()
-                || self.stereo.implementation == StereoImpl::Derived,
+                || self.stereo.implementation == StereoImpl::Derived
+                || self.gsu.keeps_lists(),
             whole: self.vru.termination == Termination::None,
         }
     }
@@ -462,6 +463,10 @@ pub struct GsuSpec {
     #[serde(default = "reused_frames")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
     pub reuse_period: u32,
+    /// How far a splat may be from a tile to be in its list of several frames.
+    #[serde(default = "margin")]
+    #[schemars(range(min = 0, max = 64), extend("x-unit" = "pixels"))]
+    pub margin: u32,
     /// Who knows the depths of the entries that are kept.
     #[serde(default = "deferred")]
     pub depth_update: DepthUpdate,
@@ -474,6 +479,11 @@ pub struct GsuSpec {
 /// A75.
 fn deferred() -> DepthUpdate {
     DepthUpdate::Deferred
+}
+
+/// A134.
+fn margin() -> u32 {
+    16
 }
 
 /// A131.
@@ -496,7 +506,7 @@ impl GsuSpec {
     pub fn comparisons(&self) -> u32 {
         match self.implementation {
             GsuImpl::Split | GsuImpl::Update => self.pivots,
-            GsuImpl::Merge => self.fan_in.saturating_sub(1),
+            GsuImpl::Merge | GsuImpl::Last | GsuImpl::Shared => self.fan_in.saturating_sub(1),
             GsuImpl::None => 0,
         }
     }
@@ -504,6 +514,16 @@ impl GsuSpec {
     /// Whether there are units that sort.
     pub fn sorts(&self) -> bool {
         self.implementation != GsuImpl::None
+    }
+
+    /// Whether lists are sorted whole, chunk by chunk, and merged.
+    pub fn merges(&self) -> bool {
+        matches!(self.implementation, GsuImpl::Merge) || self.keeps_lists()
+    }
+
+    /// Whether frames go through lists of frames before.
+    pub fn keeps_lists(&self) -> bool {
+        matches!(self.implementation, GsuImpl::Last | GsuImpl::Shared)
     }
 
     /// Frames after which every list is sorted from nothing; 1 for every frame.
@@ -523,6 +543,11 @@ pub enum GsuImpl {
     Merge,
     /// The order of the frame before is updated, until `reuse-period` is over.
     Update,
+    /// A frame goes through the lists of the frame before as they are; its own are merged meanwhile,
+    /// for the next one.
+    Last,
+    /// Lists with a margin are merged every `reuse-period` frames, and go for all of these.
+    Shared,
     /// Nobody sorts: blending does not depend on the order. Every entry has a weight by its depth,
     /// sums are divided by those of the weights, and nothing stops.
     None,
@@ -535,6 +560,8 @@ impl GsuImpl {
             GsuImpl::Split => "split",
             GsuImpl::Merge => "merge",
             GsuImpl::Update => "update",
+            GsuImpl::Last => "last",
+            GsuImpl::Shared => "shared",
             GsuImpl::None => "none",
         }
     }
@@ -601,7 +628,7 @@ pub struct VruSpec {
     /// Ratio of axes from which a splat is spiky: two leader pixels of a mini-tile are tested, and
     /// four of a smooth one. With 1 all are spiky.
     #[serde(default = "spiky")]
-    #[schemars(range(min = 1, max = 65536))]
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "ratio"))]
     pub spiky_from: u32,
     /// Pixels that are divided by the sum of their weights in a cycle, per core.
     #[serde(default = "divisions")]

@@ -79,11 +79,13 @@ pub(super) fn unwritten(
     loads.map(|load| load.features * record.feature.0 + load.seconds * second).sum()
 }
 
-/// Pairs that the CCUs write to lists: all, or the new ones where lists are updated.
+/// Pairs that the CCUs write to lists: all, or the new ones where lists are updated, or those of
+/// lists that later frames take over.
 pub fn pairs_written(workload: &FrameWorkload, context: &FrameContext) -> u64 {
-    match context.reuse {
-        None => workload.counters.tile_pairs,
-        Some(tiles) => tiles.iter().map(|tile| u64::from(tile.new)).sum(),
+    match (context.reuse, context.table) {
+        (Some(tiles), _) => tiles.iter().map(|tile| u64::from(tile.new)).sum(),
+        (None, Some(table)) => table.written(),
+        (None, None) => workload.counters.tile_pairs,
     }
 }
 

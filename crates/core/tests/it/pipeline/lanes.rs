@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use powergs_core::flow::tile_wise::lanes::Reach;
+use powergs_core::flow::tile_wise::lanes::PixelReach;
 use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
 use powergs_core::flow::tile_wise::{FoveaSpec, ResolvedUnits, Termination, VruImpl, VruSpec};
 use powergs_core::machine::Machine;
@@ -122,7 +122,7 @@ impl<'a> Tile<'a> {
     }
 
     /// Cycles of an entry at a place, and the pixels; `None` where it is not for it.
-    fn cost(&self, place: usize, entry: usize) -> Option<(u64, Reach)> {
+    fn cost(&self, place: usize, entry: usize) -> Option<(u64, PixelReach)> {
         let e = &self.entries[entry];
         let (x0, y0, ..) = self.workload.pixels_of(self.tile);
         if self.vru.implementation == VruImpl::Rows {
@@ -135,7 +135,7 @@ impl<'a> Tile<'a> {
             let slots = rows.iter().map(|&y| of(&e.reached, y)).sum();
             let live = rows.iter().map(|&y| of(&both, y)).sum();
             let cycles = cycles.max(self.vru.recurrence.into());
-            return (!rows.is_empty()).then_some((cycles, Reach { slots, live }));
+            return (!rows.is_empty()).then_some((cycles, PixelReach { slots, live }));
         }
         let g = self.workload.geometry;
         let (side, n) = (g.subtiles_per_side(), g.subtile);
@@ -149,7 +149,7 @@ impl<'a> Tile<'a> {
         let cycles = u64::from(n * n).div_ceil(units)
             * u64::from(self.vru.pixels_per_unit.max(self.vru.recurrence));
         let live = e.live.iter().filter(|&&pixel| self.is_in(place, pixel)).count() as u64;
-        let reach = Reach { slots: (n * n).into(), live };
+        let reach = PixelReach { slots: (n * n).into(), live };
         (passes && is_asked && is_inside).then_some((cycles, reach))
     }
 
@@ -340,12 +340,12 @@ impl<'a> Tile<'a> {
                         let all = (b..d).flat_map(|y| (a..c).map(move |x| [x, y]));
                         let own: Vec<[u32; 2]> = all.filter(inside).collect();
                         let live = own.iter().filter(|p| is_live(p)).count() as u64;
-                        Reach { slots: own.len() as u64, live }
+                        PixelReach { slots: own.len() as u64, live }
                     }
                     VruImpl::Pixels => {
                         let own = e.reached.iter().filter(|p| is_live(p));
                         own.clone().for_each(|p| *visits.entry(*p).or_insert(0u64) += 1);
-                        Reach { slots: own.clone().count() as u64, live: own.count() as u64 }
+                        PixelReach { slots: own.clone().count() as u64, live: own.count() as u64 }
                     }
                     _ => {
                         let mut quads: Vec<[u32; 2]> = e.reached.iter().map(quad).collect();
@@ -355,7 +355,10 @@ impl<'a> Tile<'a> {
                             |q: &[u32; 2]| e.live.iter().filter(|p| quad(p) == *q).count() as u64;
                         quads.retain(|q| of(q) > 0);
                         quads.iter().for_each(|q| *visits.entry(*q).or_insert(0) += 1);
-                        Reach { slots: 4 * quads.len() as u64, live: quads.iter().map(of).sum() }
+                        PixelReach {
+                            slots: 4 * quads.len() as u64,
+                            live: quads.iter().map(of).sum(),
+                        }
                     }
                 };
                 let sum = run.reach.get_or_insert_default();

@@ -59,9 +59,9 @@ pub(super) fn check(m: &TileWise, found: &mut Found) {
         found.add(key, message);
         found.ends_with(key, set);
     };
-    if m.gsu.implementation == GsuImpl::Update {
-        let remedy = "updated lists lie back to back; set \"split\"";
-        excludes("gsu.impl", "\"update\"".to_owned(), remedy, "split");
+    if m.gsu.implementation == GsuImpl::Update || m.gsu.keeps_lists() {
+        let remedy = "lists that are kept lie back to back; set \"split\"";
+        excludes("gsu.impl", format!("\"{}\"", m.gsu.implementation.name()), remedy, "split");
     }
     if b.implementation == BinningImpl::TwoPass && m.schedule.overlap != Overlap::None {
         let overlap = "\"tiles\" or \"frames\"".to_owned();

@@ -65,13 +65,14 @@ impl CcuKey {
 }
 
 /// Whether the preprocessing of a machine may be shared: not with another overlap or memory model,
-/// not where lists are updated, which changes what CCUs write, not with a CCU rule from outside of
+/// not where lists are kept, which changes what CCUs write, not with a CCU rule from outside of
 /// the crate, whose calls are checked in every frame, and not where somebody watches.
 pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bool {
     machine.tiles().schedule.overlap == Overlap::None
         && machine.tiles().rules.ccu == Rule::BUILT_IN
         && shared.memory.flat().is_some()
         && shared.context.reuse.is_none()
+        && shared.context.table.is_none()
         && !shared.observer.watches()
 }
 

@@ -1,0 +1,226 @@
+//! Lists that frames take over as they are (`gsu.impl = "last"` and `"shared"`; A134).
+//!
+//! With `last` a frame goes through the lists of the frame before, while its own are sorted for the
+//! next one: splats that have come to a tile since are missing. With `shared` every `reuse-period`-th
+//! frame makes lists of all splats that touch a tile, or would if they were `gsu.margin` pixels
+//! elsewhere, and the frames in between go through them and make none. Which pixels see what, and
+//! where they stop, is found by blending in that order.
+
+use rayon::prelude::*;
+
+use super::lanes::{PixelAlpha, spans};
+use super::{GsuImpl, GsuSpec};
+use crate::flow::History;
+use crate::workload::reuse::{GONE, ReuseSummary, SortedLists, ranks_by_index, update};
+use crate::workload::{FrameWorkload, TileList};
+use powergs_frame::scene::Eye;
+use powergs_frame::splat::{Counters, Splat, TRANSMITTANCE_MIN};
+
+/// What a frame does with lists of before.
+#[derive(Debug)]
+pub struct KeptOrder {
+    /// The frame with the lists that it goes through; `None` where these are its own.
+    pub made: Option<Box<FrameWorkload>>,
+    /// The bytes and the work that come with it.
+    pub lists: TableUse,
+    /// How the lists that it goes through compare with its own; `None` where they are sorted for it.
+    pub summary: Option<ReuseSummary>,
+}
+
+/// What is read and sorted in a frame that goes through lists of before, by tile.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TableUse {
+    /// Entries that are read in the order of before, whether their splats are there or not.
+    pub read: Vec<u32>,
+    /// Entries that are written by CCUs and sorted, for this frame or for later ones.
+    pub sorted: Vec<u32>,
+}
+
+impl KeptOrder {
+    /// What a frame does; `None` on machines that take over no lists.
+    pub fn of(
+        gsu: &GsuSpec,
+        workload: &FrameWorkload,
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> Option<KeptOrder> {
+        let before: Option<SortedLists> = history.take(eye);
+        let before = before.filter(|table| table.fits(workload));
+        match gsu.implementation {
+            GsuImpl::Last => {
+                history.keep(eye, SortedLists::exact(workload));
+                let sorted = workload.tiles.iter().map(|tile| tile.entries).collect();
+                Some(match before {
+                    None => KeptOrder::own(sorted),
+                    Some(table) => KeptOrder::through(&table, workload, sorted),
+                })
+            }
+            GsuImpl::Shared => {
+                let before = before.filter(|table| table.age() + 1 < gsu.reuse_period);
+                let (mut kept, table) = match before {
+                    Some(table) => {
+                        let none = vec![0; workload.tiles.len()];
+                        (KeptOrder::through(&table, workload, none), table.older())
+                    }
+                    None => {
+                        let table = SortedLists::widened(workload, gsu.margin);
+                        let sorted = KeptOrder::lengths(&table, workload);
+                        let mut kept = KeptOrder::through(&table, workload, sorted);
+                        kept.lists.read.fill(0);
+                        kept.summary = None;
+                        (kept, table)
+                    }
+                };
+                if let Some(made) = &mut kept.made {
+                    scale_tests(made, kept.lists.written());
+                }
+                history.keep(eye, table);
+                Some(kept)
+            }
+            _ => None,
+        }
+    }
+
+    /// A frame that goes through its own lists, and leaves them.
+    fn own(sorted: Vec<u32>) -> KeptOrder {
+        let read = vec![0; sorted.len()];
+        KeptOrder { made: None, lists: TableUse { read, sorted }, summary: None }
+    }
+
+    fn lengths(table: &SortedLists, workload: &FrameWorkload) -> Vec<u32> {
+        (0..workload.tiles.len() as u32).map(|tile| table.list(tile).len() as u32).collect()
+    }
+
+    /// A frame that goes through a table.
+    fn through(table: &SortedLists, workload: &FrameWorkload, sorted: Vec<u32>) -> KeptOrder {
+        let (lists, out_of_order) = tile_lists(table, workload);
+        let mut made = workload.with_lists(lists);
+        let fetched_points = made.counters.fetched_points;
+        made.counters = Counters { fetched_points, ..workload.counters };
+        made.storage.clone_from(&workload.storage);
+        let summary = ReuseSummary { out_of_order, ..update(table, workload).0.summary };
+        let read = KeptOrder::lengths(table, workload);
+        KeptOrder {
+            made: Some(Box::new(made)),
+            lists: TableUse { read, sorted },
+            summary: Some(summary),
+        }
+    }
+}
+
+impl TableUse {
+    /// Entries that the CCUs write.
+    pub fn written(&self) -> u64 {
+        self.sorted.iter().map(|&n| u64::from(n)).sum()
+    }
+}
+
+/// Box tests go with the pairs that are written: more for a margin, none where no list is made.
+fn scale_tests(made: &mut FrameWorkload, written: u64) {
+    let pairs = u128::from(made.counters.tile_pairs.max(1));
+    let scaled = |tests: u64| (u128::from(tests) * u128::from(written) / pairs) as u64;
+    let part = |tests: u32| u32::try_from(scaled(tests.into())).unwrap_or(u32::MAX);
+    made.counters.obb_tests = scaled(made.counters.obb_tests);
+    made.storage.iter_mut().for_each(|prefix| prefix.tests = part(prefix.tests));
+    if written == 0 {
+        made.counters.obb_prepared = 0;
+        made.storage.iter_mut().for_each(|prefix| prefix.prepared = 0);
+    }
+}
+
+/// The lists of a table as the frame goes through them, and how many neighbours are out of order.
+fn tile_lists(table: &SortedLists, workload: &FrameWorkload) -> (Vec<TileList>, u64) {
+    let rank_of = ranks_by_index(workload);
+    let (lists, out_of_order): (Vec<TileList>, Vec<u64>) = (0..workload.tiles.len())
+        .into_par_iter()
+        .map_init(
+            || vec![GONE; workload.index.len()],
+            |position, tile| {
+                let there = |&index: &u32| {
+                    let rank = rank_of.get(index as usize).copied().unwrap_or(GONE);
+                    (rank != GONE && workload.slot[rank as usize] != u32::MAX).then_some(rank)
+                };
+                let ranks = table.list(tile as u32).iter().filter_map(there).collect();
+                tile_list(workload, tile, ranks, position)
+            },
+        )
+        .unzip();
+    (lists, out_of_order.into_iter().sum())
+}
+
+/// A tile that goes through `ranks`. `position` is [`GONE`] for every rank, before and after.
+fn tile_list(
+    workload: &FrameWorkload,
+    tile: usize,
+    ranks: Vec<u32>,
+    position: &mut [u32],
+) -> (TileList, u64) {
+    let (work, bytes) = (&workload.tiles[tile], workload.geometry.bitmap_bytes());
+    let own = workload.list_of(work);
+    (0..).zip(own).for_each(|(at, &rank)| position[rank as usize] = at);
+    let mut list = TileList { bitmaps: vec![0; ranks.len() * bytes], ..TileList::default() };
+    let mut pixels = TileBlend::new(workload, tile, ranks.len() as u32);
+    for ((at, &rank), bits) in (0u32..).zip(&ranks).zip(list.bitmaps.chunks_exact_mut(bytes)) {
+        // What is not in its own list reaches no pixel of the tile.
+        let Some(place) = Some(position[rank as usize]).filter(|&place| place != GONE) else {
+            continue;
+        };
+        let first = (work.list_start + place) as usize * bytes;
+        bits.copy_from_slice(&workload.bitmaps[first..first + bytes]);
+        pixels.blend(at, rank);
+    }
+    own.iter().for_each(|&rank| position[rank as usize] = GONE);
+    let out_of_order = ranks.windows(2).filter(|pair| pair[0] > pair[1]).count() as u64;
+    (list.iterated, list.blends, list.ranks) = (pixels.iterated, pixels.blends, ranks);
+    (list, out_of_order)
+}
+
+/// The pixels of a tile while they are blended.
+struct TileBlend<'a> {
+    splats: &'a [Splat],
+    area: (u32, u32, u32, u32),
+    /// Whether nothing stops.
+    whole: bool,
+    transmittance: Vec<f32>,
+    iterated: Vec<u32>,
+    blends: u64,
+}
+
+impl<'a> TileBlend<'a> {
+    fn new(workload: &'a FrameWorkload, tile: usize, entries: u32) -> TileBlend<'a> {
+        let pixels = workload.tiles[tile].pixels as usize;
+        TileBlend {
+            splats: &workload.pixels.as_ref().expect("binned for pixels").splats,
+            area: workload.pixels_of(tile),
+            whole: workload.detail.whole,
+            transmittance: vec![1.0; pixels],
+            iterated: vec![entries; pixels],
+            blends: 0,
+        }
+    }
+
+    /// Blends the splat `rank`, as the rasteriser does: the entry that would leave too little light
+    /// stops a pixel, and is not blended.
+    fn blend(&mut self, at: u32, rank: u32) {
+        let splat = &self.splats[rank as usize];
+        let (alpha, (x0, y0, x1, _)) = (PixelAlpha::of(splat), self.area);
+        for (y, span) in spans(splat, self.area) {
+            let Some([first, end]) = span else { continue };
+            let row = ((y - y0) * (x1 - x0)) as usize;
+            for x in first..end {
+                let pixel = row + (x - x0) as usize;
+                let alpha = if self.iterated[pixel] > at { alpha.at(x, y) } else { 0.0 };
+                if alpha == 0.0 {
+                    continue;
+                }
+                self.blends += 1;
+                let rest = self.transmittance[pixel] * (1.0 - alpha);
+                if rest < TRANSMITTANCE_MIN && !self.whole {
+                    self.iterated[pixel] = at + 1;
+                } else {
+                    self.transmittance[pixel] = rest;
+                }
+            }
+        }
+    }
+}
