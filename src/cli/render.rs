@@ -1,8 +1,12 @@
 //! `render`: images of a scene as PNG.
 
+mod order;
+
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
+
+use order::OrderArgs;
 
 use super::gaze::{note_default, note_missing};
 use super::output_file::Overwrite;
@@ -24,7 +28,10 @@ Examples:
   powergs-sim render city/lod-meta.json --detail 1 --cameras cams.json -o views/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 \\
-      --levels -o map/";
+      --levels -o map/
+  powergs-sim render scene.ply --cameras path.json --order last -o stale/
+  powergs-sim render scene.ply --cameras path.json --order update \\
+      --arch neo -o neo/";
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -45,6 +52,9 @@ pub struct RenderArgs {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
+    /// The order of lists.
+    #[command(flatten)]
+    pub order: OrderArgs,
 }
 
 /// Memory for a pixel while a picture is rendered and written, bytes.
@@ -60,8 +70,20 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     if is_png(&args.output) {
         args.overwrite.check(&args.output)?;
     }
+    let mut ordered = args.order.open(args.shown.background.0)?;
     let (scene, cameras) = args.shown.open(context)?;
     let count = cameras.len();
+    if ordered.is_some() {
+        if matches!(scene, Shown::Foveated(_)) {
+            let what = "--order: of plain models; leave the gaze out, or the order";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        if args.frame.is_some() || is_png(&args.output) {
+            let what = "--order: views are frames one after the other, all of which are rendered; \
+                        name a folder, and no --frame";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+    }
     if args.frame.is_none() && is_png(&args.output) && count > 1 && !context.global.quiet {
         out::complain(format!(
             "note: one file, so the first of {count} views; --frame K has another, a folder all"
@@ -83,9 +105,12 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
-        let picture = match &scene {
-            Shown::Plain(scene) => render(&scene.gaussians, camera, &options).picture,
-            Shown::Foveated(model) => {
+        let picture = match (&scene, &mut ordered) {
+            (Shown::Plain(scene), Some(ordered)) => {
+                ordered.next(&scene.gaussians, camera, args, context)?
+            }
+            (Shown::Plain(scene), None) => render(&scene.gaussians, camera, &options).picture,
+            (Shown::Foveated(model), _) => {
                 let frame = render_foveated(model, camera, gaze, &options);
                 let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
                 match args.levels {
@@ -107,7 +132,10 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
         progress.advance(1);
     }
     drop(progress);
-    report(context, &cameras, &targets)
+    match ordered {
+        Some(ordered) => ordered.report(context, &targets),
+        None => report(context, &cameras, &targets),
+    }
 }
 
 /// The views, and where the viewer looks in each: the place in the sequence counts, also where only

@@ -10,6 +10,7 @@ mod ellipse;
 pub mod gradient;
 pub mod levels;
 mod obb;
+pub mod pixel;
 pub mod project;
 pub mod runs;
 pub mod simd;

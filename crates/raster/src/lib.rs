@@ -10,6 +10,7 @@
 mod blend;
 mod forward;
 pub mod foveated;
+pub mod lists;
 mod prepare;
 pub mod regions;
 mod row;

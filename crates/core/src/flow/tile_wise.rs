@@ -6,6 +6,7 @@
 
 mod accounts;
 pub mod batch;
+pub mod blended;
 pub mod bsu;
 pub mod cache;
 pub mod ccu;

@@ -7,7 +7,7 @@ mod key;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use check::{PivotRule, SortCheck, Sorter, check};
+pub use check::{PivotRule, SortCheck, Sorter, check, sorted_lists};
 use inversions::count as inversions;
 pub use key::DepthKey;
 

@@ -77,6 +77,13 @@ impl SortedLists {
         SortedLists { geometry: workload.geometry, grid: grid(workload), lists, age: 0 }
     }
 
+    /// Depth ranks of the lists in a frame, without splats that are not visible in it.
+    pub fn ranks(&self, workload: &FrameWorkload) -> Vec<Vec<u32>> {
+        let rank_of = ranks_by_index(workload);
+        let rank = |&index: &u32| rank_of.get(index as usize).copied().filter(|&rank| rank != GONE);
+        self.lists.par_iter().map(|list| list.iter().filter_map(rank).collect()).collect()
+    }
+
     /// The same, a frame later.
     pub fn older(self) -> SortedLists {
         SortedLists { age: self.age + 1, ..self }

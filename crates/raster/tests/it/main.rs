@@ -4,6 +4,7 @@ mod dual;
 mod foveated;
 mod gradient_naive;
 mod gradients;
+mod lists;
 mod naive;
 mod reference;
 mod trace;

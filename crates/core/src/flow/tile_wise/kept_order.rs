@@ -8,12 +8,12 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{PixelAlpha, spans};
 use super::{GsuImpl, GsuSpec};
 use crate::flow::History;
 use crate::workload::reuse::{GONE, ReuseSummary, SortedLists, ranks_by_index, update};
 use crate::workload::{FrameWorkload, TileList};
 use powergs_frame::scene::Eye;
+use powergs_frame::splat::pixel::{PixelAlpha, spans};
 use powergs_frame::splat::{Counters, Splat, TRANSMITTANCE_MIN};
 
 /// What a frame does with lists of before.

@@ -6,7 +6,8 @@
 
 use super::subtiles::ChunkRun;
 use crate::workload::{ChunkWork, FrameWorkload, Geometry, Pixels};
-use powergs_frame::splat::{ALPHA_MAX, ALPHA_MIN, Ellipse, Splat};
+use powergs_frame::splat::pixel::spans;
+use powergs_frame::splat::{Ellipse, Splat};
 
 /// Mini-tiles along a side of the square that a test unit looks at together.
 pub const TESTED_SIDE: u32 = 2;
@@ -76,42 +77,6 @@ impl LeaderTest {
         let diagonal = reaches(0, 0) || reaches(far, far);
         diagonal || !self.is_spiky && (reaches(far, 0) || reaches(0, far))
     }
-}
-
-/// The opacity of a splat by place.
-pub(super) struct PixelAlpha {
-    mean: [f32; 2],
-    conic: [f32; 3],
-    opacity: f32,
-}
-
-impl PixelAlpha {
-    pub(super) fn of(splat: &Splat) -> PixelAlpha {
-        let conic = splat.conic().unwrap_or_default();
-        PixelAlpha { mean: splat.mean, conic, opacity: splat.opacity }
-    }
-
-    /// At a pixel; what does not reach α = 1/255 is not blended.
-    pub(super) fn at(&self, x: u32, y: u32) -> f32 {
-        let [dx, dy] = [x as f32 - self.mean[0], y as f32 - self.mean[1]];
-        let [c0, c1, c2] = self.conic;
-        let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;
-        let alpha = (self.opacity * power.min(0.0).exp()).min(ALPHA_MAX);
-        if f64::from(alpha) < ALPHA_MIN { 0.0 } else { alpha }
-    }
-}
-
-/// The rows of `area` that the ellipse of a splat reaches, each with the span of pixels in it: none
-/// where it reaches the row beside the area, or between two pixels.
-pub(super) fn spans(
-    splat: &Splat,
-    (x0, y0, x1, y1): (u32, u32, u32, u32),
-) -> impl Iterator<Item = (u32, Option<[u32; 2]>)> + use<> {
-    let ellipse = Ellipse::of(splat);
-    let rows = ellipse.map_or((0, 0), |ellipse| ellipse.rows());
-    let first = rows.0.clamp(i64::from(y0), i64::from(y1)) as u32;
-    let end = rows.1.clamp(i64::from(first), i64::from(y1)) as u32;
-    (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
 }
 
 /// A tile pixel by pixel.

@@ -8,9 +8,10 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{LaneMap, PixelAlpha};
+use super::lanes::LaneMap;
 use crate::flow::StereoSummary;
 use crate::workload::{FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TileList};
+use powergs_frame::splat::pixel::PixelAlpha;
 use powergs_frame::splat::{ALPHA_MIN, Splat};
 
 /// No rank.

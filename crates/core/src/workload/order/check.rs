@@ -109,6 +109,28 @@ pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
     }
 }
 
+/// Depth ranks of every list in the order in which they leave `sorter`: one after the other where
+/// `merged`, in place of parts that pivots make. One list per tile, or per sort group where there are
+/// any.
+pub fn sorted_lists(workload: &FrameWorkload, sorter: Sorter, merged: bool) -> Vec<Vec<u32>> {
+    let keys: Vec<u32> = workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect();
+    let new = || OrderBench {
+        workload,
+        sorter,
+        keys: &keys,
+        list: OrderList::default(),
+        spare: Vec::new(),
+    };
+    let chunk = if merged { usize::MAX } else { workload.geometry.chunk as usize };
+    let groups = (0..workload.groups_x() * workload.groups_y()).into_par_iter();
+    let sort = |bench: &mut OrderBench, group| {
+        let ranks = workload.group_list(group);
+        bench.leave(&ranks, chunk, ranks.len());
+        bench.list.output.iter().map(|&at| ranks[at as usize]).collect()
+    };
+    groups.map_init(new, sort).collect()
+}
+
 /// Sample of the [`PivotRule::Quantile`], entries per part.
 const SAMPLE: usize = 8;
 
@@ -136,22 +158,28 @@ struct OrderList {
 }
 
 impl OrderBench<'_> {
-    fn check(&mut self, ranks: &[u32], needed: usize) -> SortCheck {
-        if ranks.is_empty() {
-            return SortCheck::default();
-        }
-        let chunk = self.workload.geometry.chunk as usize;
+    /// Sorts a list: the first `needed` positions that leave the sorter.
+    fn leave(&mut self, ranks: &[u32], chunk: usize, needed: usize) {
         let list = &mut self.list;
         list.keys.clear();
         list.keys.extend(ranks.iter().map(|&rank| self.keys[rank as usize]));
         list.arrival.clear();
         list.arrival.extend(ranks.iter().map(|&rank| self.workload.index[rank as usize]));
         list.split(chunk, self.sorter);
+        list.sort(chunk, needed);
+    }
+
+    fn check(&mut self, ranks: &[u32], needed: usize) -> SortCheck {
+        if ranks.is_empty() {
+            return SortCheck::default();
+        }
+        let chunk = self.workload.geometry.chunk as usize;
+        self.leave(ranks, chunk, needed);
+        let list = &mut self.list;
         let part = |(i, &end): (usize, &usize)| end - if i == 0 { 0 } else { list.ends[i - 1] };
         let parts = list.ends.iter().enumerate().map(part);
         let longest = parts.clone().max().unwrap_or(0);
         let oversized: usize = parts.filter(|&n| n > chunk).sum();
-        list.sort(chunk, needed);
         let depth = |position: usize| self.workload.depth[ranks[position] as usize];
         let equal_key_pairs = runs(needed, |i| list.keys[i]) - runs(needed, |i| depth(i).to_bits());
         let mut found = SortCheck {

@@ -1,0 +1,234 @@
+//! `render --order`: pictures in the order that a machine makes, beside the exact ones.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::RenderArgs;
+use crate::cli::inputs::{SetArgs, system};
+use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_base::picture::Picture;
+use powergs_core::flow::History;
+use powergs_core::flow::tile_wise::TileWise;
+use powergs_core::flow::tile_wise::blended::blended_lists;
+use powergs_core::machine::Machine;
+use powergs_core::workload::{FrameDetail, bin_for, demand::demand};
+use powergs_quality::likeness;
+use powergs_raster::lists::{ListBlending, PaintedView};
+use powergs_raster::{Detail, Options, render};
+use powergs_report::document::{Cell, Column, Document, Table};
+use powergs_scene::{Camera, Gaussians};
+
+/// The arguments of `--order`.
+#[derive(Debug, clap::Args)]
+pub struct OrderArgs {
+    /// Blend in the order that a machine has with `gsu.impl` = IMPL (split, merge, update, last,
+    /// shared, none), and compare with the exact picture; views are frames one after the other
+    #[arg(long, value_name = "IMPL", help_heading = "Order")]
+    pub order: Option<String>,
+    /// Machine whose tiles, chunks and keys are meant: a name of `arch list`, or a TOML file
+    /// [default: gscore]
+    #[arg(long, value_name = "NAME|FILE", requires = "order", help_heading = "Order")]
+    pub arch: Option<String>,
+    /// Changes of it.
+    #[command(flatten)]
+    pub changes: SetArgs,
+    /// With --order none: entries are weighted by depth to the power of minus P, not by the power
+    /// that suits the first view best
+    #[arg(long, value_name = "P", requires = "order", help_heading = "Order")]
+    pub weight_power: Option<f32>,
+}
+
+/// Powers that are tried for a view without an order.
+const POWERS: [f32; 8] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+
+/// A picture beside the exact one.
+pub struct OrderedView {
+    /// Its name.
+    name: String,
+    psnr_db: f64,
+    ssim: f64,
+    /// Of all neighbours in lists, those of which the first is farther.
+    out_of_order: f64,
+    /// Of all entries of its own lists, those that the lists lack.
+    missing: f64,
+}
+
+/// Renders views one after the other in the order of a machine.
+pub struct OrderRender {
+    machine: Machine,
+    history: History,
+    background: [f32; 3],
+    /// The power of depth of weights, where nothing is ordered.
+    power: Option<f32>,
+    views: Vec<OrderedView>,
+}
+
+impl OrderArgs {
+    /// What renders in this order; `None` without `--order`.
+    ///
+    /// # Errors
+    /// Exit code 2: what no machine has, or a machine of another dataflow.
+    pub fn open(&self, background: [f32; 3]) -> Result<Option<OrderRender>, Failure> {
+        let Some(order) = &self.order else {
+            if let Some(set) = self.changes.sets.first() {
+                let what = format!("--set {set}: of the machine of --order, which is not there");
+                return Err(Failure::new(Exit::Usage, what));
+            }
+            return Ok(None);
+        };
+        if self.weight_power.is_some_and(|power| !(0.0..=1000.0).contains(&power)) {
+            let what = "--weight-power must be from 0 to 1000";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        let arch = self.arch.as_deref().unwrap_or("gscore");
+        // What these orders exclude, and no picture shows.
+        let mut sets = vec!["fovea=none".to_owned(), format!("gsu.impl={order}")];
+        match order.as_str() {
+            "update" => sets.push("binning.impl=free".to_owned()),
+            "last" | "shared" => {
+                sets.extend(["record.entry-bitmap=false", "binning.impl=free"].map(str::to_owned));
+            }
+            "none" => sets.push("vru.termination=none".to_owned()),
+            _ => {}
+        }
+        sets.extend(self.changes.sets.iter().cloned());
+        let machine = system(arch, &sets, None)?.machine().clone();
+        if machine.tables.get::<TileWise>().is_none() {
+            let what = format!("--arch {arch}: its dataflow has no lists of tiles to order");
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        Ok(Some(OrderRender {
+            machine,
+            history: History::default(),
+            background,
+            power: self.weight_power,
+            views: Vec::new(),
+        }))
+    }
+}
+
+impl OrderRender {
+    /// The picture of the next view.
+    ///
+    /// # Errors
+    /// Exit code 2: a view that takes more memory than there is.
+    pub fn next(
+        &mut self,
+        scene: &Gaussians,
+        camera: &Camera,
+        args: &RenderArgs,
+        context: &Context,
+    ) -> Result<Picture, Failure> {
+        let options =
+            Options { background: self.background, ..Options::reference(Detail::Counters) };
+        let exact = render(scene, camera, &options);
+        let picture = exact.picture.clone();
+        let frame = exact.into_frame(camera, self.background);
+        let tiles = self.machine.tiles();
+        let detail = FrameDetail { pixels: true, whole: !tiles.gsu.sorts() };
+        let fits = demand(&frame, tiles.geometry, detail, context.global.memory);
+        fits.or_exit(Exit::Usage, format!("{}, view {}", args.shown.scene.display(), camera.name))?;
+        let workload = bin_for(&frame, tiles.geometry, detail);
+        let lists = blended_lists(&self.machine, &workload, camera.eye, &mut self.history);
+        let painted = PaintedView::new(scene, camera, options.level);
+        let side = tiles.geometry.tile;
+        let blend = |blending| painted.blend(side, &lists.tiles, blending, self.background);
+        let (made, like) = if tiles.gsu.sorts() {
+            let made = blend(ListBlending::Over);
+            let like = likeness(&made, &picture);
+            (made, like)
+        } else {
+            let powers = self.power.map_or(POWERS.to_vec(), |power| vec![power]);
+            let tried = powers.into_iter().map(|power| {
+                let made = blend(ListBlending::Weighted(power));
+                let like = likeness(&made, &picture);
+                (power, made, like)
+            });
+            let best = tried.max_by(|a, b| a.2.psnr_db.total_cmp(&b.2.psnr_db));
+            let (power, made, like) = best.expect("a power");
+            self.power = Some(power);
+            (made, like)
+        };
+        let entries: usize = lists.tiles.iter().map(Vec::len).sum();
+        let own = workload.counters.tile_pairs;
+        self.views.push(OrderedView {
+            name: camera.name.clone(),
+            psnr_db: like.psnr_db,
+            ssim: like.ssim,
+            out_of_order: lists.out_of_order as f64 / entries.max(1) as f64,
+            missing: lists.missing as f64 / own.max(1) as f64,
+        });
+        Ok(made)
+    }
+
+    /// What was rendered, beside the exact pictures.
+    ///
+    /// # Errors
+    /// Standard output that cannot be written.
+    pub fn report(&self, context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
+        let gsu = &self.machine.tiles().gsu;
+        let weights = self.power.filter(|_| !gsu.sorts());
+        if context.global.json {
+            let psnr = |view: &OrderedView| view.psnr_db.is_finite().then_some(view.psnr_db);
+            let row = |(view, file): (&OrderedView, &PathBuf)| {
+                json!({
+                    "name": view.name,
+                    "psnr_db": psnr(view),
+                    "ssim": view.ssim,
+                    "out_of_order_frac": view.out_of_order,
+                    "missing_frac": view.missing,
+                    "file": file.display().to_string(),
+                })
+            };
+            let rows: Vec<Value> = self.views.iter().zip(files).map(row).collect();
+            let order = gsu.implementation.name();
+            let machine = &self.machine.name;
+            out::json(&json!({
+                "order": order,
+                "machine": machine,
+                "weight_power": weights,
+                "images": rows,
+            }))?;
+            return Ok(Exit::Done);
+        }
+        if context.global.quiet {
+            return Ok(Exit::Done);
+        }
+        let mut page = Document::new();
+        let columns = [
+            Column::text("view"),
+            Column::fixed("PSNR, dB", 2),
+            Column::fixed("SSIM", 5),
+            Column::fixed("out of order, %", 3),
+            Column::fixed("missing, %", 3),
+            Column::text("file").cut_in_the_middle(),
+        ];
+        let row = |(view, file): (&OrderedView, &PathBuf)| {
+            let psnr = match view.psnr_db.is_finite() {
+                true => Cell::Real(view.psnr_db),
+                false => "equal".into(),
+            };
+            let shares = [view.out_of_order, view.missing].map(|share| Cell::Real(100.0 * share));
+            let [order, missing] = shares;
+            let name = view.name.as_str().into();
+            [name, psnr, Cell::Real(view.ssim), order, missing, file.display().to_string().into()]
+        };
+        page.table(Table::new(columns).rows(self.views.iter().zip(files).map(row)));
+        let machine = &self.machine.name;
+        let order = gsu.implementation.name();
+        page.paragraph(match weights {
+            Some(power) => format!(
+                "Pictures with `gsu.impl` = \"{order}\" on {machine}, beside exact ones: weights are \
+                 depth to the power of -{power}. No model is trained for it here; trained ones lose \
+                 less."
+            ),
+            None => format!(
+                "Pictures with `gsu.impl` = \"{order}\" on {machine}, beside exact ones. Neighbours \
+                 of lists that are out of order; entries that lists lack."
+            ),
+        });
+        out::document(&page)?;
+        Ok(Exit::Done)
+    }
+}
