@@ -160,7 +160,7 @@ pub fn compare(
     }
     let mut frames = trace.frames()?;
     let found = watch::run(py, progress, (Counts::Frames, "frames"), move |shared| {
-        let runs = on_each(&systems, fps, &mut frames, shared)?;
+        let runs = on_each(&systems, fps, &mut frames, None, shared)?;
         let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
         let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
         Comparison::of(&Compared::new(sides, across_nodes))

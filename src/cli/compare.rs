@@ -1,5 +1,7 @@
 //! `compare`: machines on one trace beside each other, or finished reports.
 
+mod workloads;
+
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ Examples:
   powergs-sim compare reports/monday reports/today --json
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
+  powergs-sim compare gscore mine.toml --workloads lego,train,garden
+  powergs-sim compare gscore --all-machines --workloads all --across-nodes
 
 The first machine (or report) is what the others are compared with.";
 
@@ -41,8 +45,16 @@ const RECORD_MAX: u64 = 1 << 28;
 pub struct CompareCommandArgs {
     /// Two or more machines (names of `arch list`, or TOML files), then a trace, or several
     /// for speed-ups with their geometric mean; or two or more report folders
-    #[arg(required = true, num_args = 2.., value_name = "ITEM")]
+    #[arg(required_unless_present = "all_machines", num_args = 1.., value_name = "ITEM")]
     pub items: Vec<PathBuf>,
+    /// In place of traces: standard workloads of `validate`, comma-separated, or all of single
+    /// views (all); their scenes are generated, quarters of an hour for all machines
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "frames")]
+    pub workloads: Vec<String>,
+    /// With --workloads: the other machines that come with the program too; those that a workload
+    /// is not for are left out, and named
+    #[arg(long, requires = "workloads")]
+    pub all_machines: bool,
     /// What is otherwise in the machines.
     #[command(flatten)]
     pub changes: SetArgs,
@@ -84,7 +96,9 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
     // What is given is looked at before anything is simulated.
     let given = args.report.out.is_some().then(|| args.report.folder("")).transpose()?;
     let folders = args.items.iter().filter(|p| p.is_dir()).count();
-    let traces = if folders == args.items.len() {
+    let traces = if !args.workloads.is_empty() {
+        on_workloads(args, context)?
+    } else if folders == args.items.len() {
         vec![of_folders(args)?]
     } else if folders > 0
         && let Some(missing) = args.items.iter().find(|p| is_missing_folder(p))
@@ -110,7 +124,12 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
     let labels = comparison.labels();
     let folder = match given {
         Some(folder) => folder,
-        None => args.report.folder(&labels.join("-"))?,
+        None => match &labels[..] {
+            [first, others @ ..] if others.len() > 3 => {
+                args.report.folder(&format!("{first}-and-{}-machines", others.len()))?
+            }
+            labels => args.report.folder(&labels.join("-"))?,
+        },
     };
     match &speedup {
         Some(speedup) => write_all(&folder, &all, speedup, &context.drawing)?,
@@ -231,6 +250,39 @@ fn text(path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).or_exit(Exit::BadInput, what())
 }
 
+/// Simulates standard workloads on every machine, a list of sides a workload.
+fn on_workloads(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<Side>>, Failure> {
+    if let Some(trace) = args.items.iter().find(|path| inputs::is_trace(path)) {
+        let what =
+            format!("{}: is a trace; with --workloads all items are machines", trace.display());
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let chosen = workloads::chosen(&args.workloads)?;
+    let machines = workloads::machines(&args.items, args.all_machines);
+    if machines.len() < 2 {
+        let what = "one machine only: name two, or add --all-machines";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let mut systems = loaded(args, &machines)?;
+    if args.all_machines {
+        systems = workloads::fitting(systems, &chosen)?;
+    }
+    workloads::simulated(args, &systems, &chosen, context)
+}
+
+fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>, Failure> {
+    let load = |arch: &PathBuf| {
+        let spec = SystemSpec {
+            machine: arch.to_string_lossy().into_owned(),
+            sets: args.changes.sets.clone(),
+            energy: None,
+            display: Some(DEFAULT_DISPLAY.to_owned()),
+        };
+        System::load(&spec, &DiskFiles)
+    };
+    Ok(machines.iter().map(load).collect::<Result<_, _>>()?)
+}
+
 /// Machines and traces among the items: traces stand last.
 fn parted(items: &[PathBuf]) -> (&[PathBuf], &[PathBuf]) {
     let traces = items.iter().rev().take_while(|path| inputs::is_trace(path)).count();
@@ -256,6 +308,12 @@ fn simulated(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<Sid
         };
         return Err(Failure::new(Exit::Usage, format!("{only}; {usage}")));
     }
+    if let ([], [machine]) = (machines, traces)
+        && !inputs::is_trace(machine)
+    {
+        let what = format!("{}: one machine only; {usage}", machine.display());
+        return Err(Failure::new(Exit::Usage, what));
+    }
     if machines.is_empty() {
         return Err(Failure::new(Exit::Usage, format!("no machine; {usage}")));
     }
@@ -263,20 +321,11 @@ fn simulated(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<Sid
         .iter()
         .map(|path| inputs::trace(path, args.shown.only.frames, context))
         .collect::<Result<_, _>>()?;
-    let load = |arch: &PathBuf| {
-        let spec = SystemSpec {
-            machine: arch.to_string_lossy().into_owned(),
-            sets: args.changes.sets.clone(),
-            energy: None,
-            display: Some(DEFAULT_DISPLAY.to_owned()),
-        };
-        System::load(&spec, &DiskFiles)
-    };
-    let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
+    let systems = loaded(args, machines)?;
     let watch = WatchedProgress::new(context, ProgressCounts::Frames);
     let mut all = Vec::new();
     for source in &mut sources {
-        let runs = on_each(&systems, args.shown.fps, source, &watch)?;
+        let runs = on_each(&systems, args.shown.fps, source, None, &watch)?;
         let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
         all.extend(sides);
     }

@@ -45,3 +45,52 @@ fn traces_say_their_order_and_a_sorted_model_has_the_same_one() {
         .code(2)
         .stderr(contains("storage, morton, hilbert, opacity"));
 }
+
+/// Pictures in the order that machines make, frame after frame of a path.
+#[test]
+fn pictures_in_an_order_are_compared_with_exact_ones() {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path();
+    let run = |arguments: &[&str]| drop(program(folder, arguments).assert().code(0));
+    run(&["synth", "demo", "--points", "20000", "-o", "s.ply", "--cameras", "all.json", "-q"]);
+    let path = ["camera", "convert", "--cameras", "all.json", "--path-frames", "200"];
+    run(&[&path[..], &["-o", "path.json", "-q"]].concat());
+    let views = ["render", "s.ply", "--cameras", "path.json", "--frames", "0..3"];
+    let of = |order: &[&str]| {
+        let words = [&views[..], &["--json", "--force", "-o", "views/", "--order"], order].concat();
+        json(folder, &words)
+    };
+    let number = |found: &Value, view: usize, key: &str| found["images"][view][key].as_f64();
+    let psnr = |found: &Value, view| number(found, view, "psnr_db").unwrap_or(f64::INFINITY);
+    let [update, last, alone] =
+        [&["update"][..], &["last"], &["shared", "--set", "gsu.margin=0"]].map(of);
+    // The first frame has nothing to take over.
+    for first in [&update, &last, &alone] {
+        assert!(psnr(first, 0) > 60.0, "{first}");
+    }
+    assert!(psnr(&update, 2) > 50.0, "{update}");
+    assert!(psnr(&update, 2) > psnr(&last, 2), "{update} {last}");
+    // One frame of before is nearer than two.
+    assert!(psnr(&last, 2) > psnr(&alone, 2), "{last} {alone}");
+    assert_eq!(number(&update, 2, "missing_frac"), Some(0.0));
+    assert!(number(&alone, 2, "missing_frac") > number(&last, 2, "missing_frac"));
+    let margin = of(&["shared", "--set", "gsu.margin=16"]);
+    assert!(psnr(&margin, 2) > psnr(&alone, 2), "{margin}");
+    assert!(number(&margin, 2, "missing_frac") < number(&alone, 2, "missing_frac"));
+    let keys = |bits: &str| psnr(&of(&["split", "--set", &format!("gsu.depth={bits}")]), 1);
+    assert!(keys("fp16") > keys("bf16") + 3.0);
+    let weighted = of(&["none", "--weight-power", "2"]);
+    assert_eq!(weighted["weight_power"], 2.0);
+    assert!(psnr(&of(&["none"]), 0) >= psnr(&weighted, 0));
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let done = program(folder, &[&views[..], arguments].concat()).assert().code(2);
+        let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    };
+    refused(&["--order", "first", "-o", "v/"], &["gsu.impl", "first"]);
+    refused(&["--order", "last", "--arch", "vorion", "-o", "v/"], &["vorion"]);
+    refused(&["--order", "last", "-o", "v.png"], &["name a folder"]);
+    refused(&["--set", "gsu.margin=3", "-o", "v/"], &["--order"]);
+    refused(&["--order", "none", "--weight-power", "-1", "-o", "v/"], &["weight-power"]);
+    assert!(!folder.join("v").exists());
+}

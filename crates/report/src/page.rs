@@ -268,8 +268,8 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
         let [changed, cut_off] =
             [Key::SecondEyeChanged, Key::SecondEyeCutOff].map(|key| percent(record.value(key)));
         page.paragraph(format!(
-            "The second eye is made of what blends in the first one: {} % of the entries of its own \
-             lists. At most {changed} % of its pixels change by that by a step of eight bits or \
+            "The second eye is made of what blends in the first one: {} % of the entries of its \
+             own lists. At most {changed} % of its pixels change by that by a step of eight bits or \
              more ({cut_off} % because disparities are beyond `stereo.lag`).",
             percent(kept)
         ));

@@ -17,21 +17,67 @@ const COLOURS: [Colour; 8] = Colour::SERIES;
 /// What the mean is called.
 const MEAN: &str = "geomean";
 
-/// The chart.
+/// The chart: a bar a trace and machine, or with many machines their means alone.
 pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     let first = &all.machines[0].label;
+    // Joules and mm² of other technologies are no gain.
+    let has = |gain: Gain| {
+        let mut others = 1..all.machines.len();
+        others.any(|m| all.ends(gain, m).is_some())
+    };
+    let title = format!("Speed-up over {first}");
+    if all.machines.len() - 1 > MOST_BARS {
+        let gains: Vec<Gain> = Gain::ALL.into_iter().filter(|gain| has(*gain)).collect();
+        let subtitle = format!("{}; bars: geometric means, lines: all traces", subtitle.into());
+        let mut chart = Chart::new(NAME, title, subtitle).columns(gains.len());
+        for (i, &gain) in gains.iter().enumerate() {
+            let mut panel = means(all, gain);
+            if i > 0 {
+                panel.y = panel.y.hidden();
+            }
+            chart = chart.panel(panel);
+        }
+        return chart;
+    }
     let machines = 1..all.machines.len().min(COLOURS.len() + 1);
     let entries = machines.map(|m| Entry::fill(all.machines[m].label.as_str(), COLOURS[m - 1]));
     let left = panel(all, Gain::Speed, &format!("speed-up over {first} (frame rate)"));
-    let chart = Chart::new(NAME, format!("Speed-up over {first}"), subtitle).legend(entries);
-    // Joules of other technologies are no gain.
-    if !all.machines[1..].iter().any(|machine| machine.is_comparable) {
+    let chart = Chart::new(NAME, title, subtitle).legend(entries);
+    if !has(Gain::Energy) {
         return chart.panel(left);
     }
     let mut right =
         panel(all, Gain::Energy, &format!("energy gain over {first} (energy per frame)"));
     right.y = right.y.hidden();
     chart.columns(2).panel(left).panel(right)
+}
+
+/// Machines beside the first of which every trace has a bar.
+const MOST_BARS: usize = 5;
+
+/// What a gain is called.
+fn name(gain: Gain) -> &'static str {
+    match gain {
+        Gain::Speed => "speed-up",
+        Gain::Area => "speed-up per mm²",
+        Gain::Energy => "energy gain",
+    }
+}
+
+/// A bar a machine: its geometric mean, and the traces in which it is least and greatest.
+fn means(all: &SpeedUp, gain: Gain) -> Panel {
+    let machines = 1..all.machines.len();
+    let mut highest = 1.0f64;
+    let mut bars = Vec::new();
+    for m in machines.clone() {
+        let (Some(mean), Some(ends)) = (all.mean(gain, m), all.ends(gain, m)) else { continue };
+        highest = highest.max(ends.1);
+        let bar = Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]).end(format!("{mean:.2}"));
+        bars.push(Bar { interval: Some(ends), ..bar });
+    }
+    let names = machines.map(|m| shortened(&all.machines[m].label, 24));
+    let x = Axis::new(name(gain), Scale::from_zero(1.15 * highest));
+    Panel::new(x, Axis::names(names)).dashed(Rule::X(1.0), Colour::NOTE).mark(Mark::Bars(bars))
 }
 
 fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
@@ -68,6 +114,7 @@ pub fn table(all: &SpeedUp) -> Table {
     let machines = all.machines.len();
     // Across nodes there is no gain but that of the first over itself.
     let has_gain = (1..machines).any(|m| all.mean(Gain::Energy, m).is_some());
+    let has_area = (1..machines).any(|m| all.mean(Gain::Area, m).is_some());
     let mut columns = vec![
         Column::text("trace"),
         Column::text("machine"),
@@ -75,41 +122,34 @@ pub fn table(all: &SpeedUp) -> Table {
         Column::fixed("mJ per frame", 3),
         Column::fixed(format!("speed-up over {first}"), 3),
     ];
-    columns.extend(has_gain.then(|| Column::fixed(format!("energy gain over {first}"), 3)));
-    let width = columns.len();
-    let cut = move |mut row: Vec<Cell>| {
-        row.truncate(width);
-        row
-    };
+    let more = [(has_area, Gain::Area), (has_gain, Gain::Energy)];
+    let more = more.into_iter().filter(|(has, _)| *has).map(|(_, gain)| gain);
+    let gains: Vec<Gain> = [Gain::Speed].into_iter().chain(more).collect();
+    let further = gains[1..].iter();
+    columns.extend(further.map(|gain| Column::fixed(format!("{} over {first}", name(*gain)), 3)));
     let row = |t: usize, m: usize| -> Vec<Cell> {
         let machine = &all.machines[m];
         let speed = machine.speeds[t];
-        vec![
+        let first = [
             all.traces[t].as_str().into(),
             machine.label.as_str().into(),
             speed.map(|s| s.fps).into(),
             speed.map(|s| s.energy_j * 1e3).into(),
-            all.gain(Gain::Speed, m, t).into(),
-            all.gain(Gain::Energy, m, t).into(),
-        ]
+        ];
+        first.into_iter().chain(gains.iter().map(|g| all.gain(*g, m, t).into())).collect()
     };
     let mean = |m: usize| -> Vec<Cell> {
-        vec![
-            MEAN.into(),
-            all.machines[m].label.as_str().into(),
-            Cell::from(None::<f64>),
-            Cell::from(None::<f64>),
-            all.mean(Gain::Speed, m).into(),
-            all.mean(Gain::Energy, m).into(),
-        ]
+        let none = || Cell::from(None::<f64>);
+        let first = [MEAN.into(), all.machines[m].label.as_str().into(), none(), none()];
+        first.into_iter().chain(gains.iter().map(|g| all.mean(*g, m).into())).collect()
     };
     let of_traces = (0..all.traces.len()).flat_map(|t| (0..machines).map(move |m| row(t, m)));
-    Table::new(columns).rows(of_traces.chain((0..machines).map(mean)).map(cut))
+    Table::new(columns).rows(of_traces.chain((0..machines).map(mean)))
 }
 
 /// `speedup.csv`: the table with exact numbers.
 pub fn csv(all: &SpeedUp) -> Vec<u8> {
-    let mut table = Table::record("trace machine fps energy_pj speedup energy_gain");
+    let mut table = Table::record("trace machine fps energy_pj speedup area_gain energy_gain");
     for m in 0..all.machines.len() {
         let label = all.machines[m].label.as_str();
         for (t, trace) in all.traces.iter().enumerate() {
@@ -120,6 +160,7 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
                 speed.map(|s| s.fps).into(),
                 speed.map(|s| s.energy_j * 1e12).into(),
                 all.gain(Gain::Speed, m, t).into(),
+                all.gain(Gain::Area, m, t).into(),
                 all.gain(Gain::Energy, m, t).into(),
             ]);
         }
@@ -129,6 +170,7 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
             Cell::from(None::<f64>),
             Cell::from(None::<f64>),
             all.mean(Gain::Speed, m).into(),
+            all.mean(Gain::Area, m).into(),
             all.mean(Gain::Energy, m).into(),
         ]);
     }
@@ -146,6 +188,8 @@ pub fn json(all: &SpeedUp) -> Value {
             "fps": fps.collect::<Vec<_>>(),
             "speedup": of(Gain::Speed),
             "speedup_geomean": all.mean(Gain::Speed, m),
+            "area_gain": of(Gain::Area),
+            "area_gain_geomean": all.mean(Gain::Area, m),
             "energy_gain": of(Gain::Energy),
             "energy_gain_geomean": all.mean(Gain::Energy, m),
         })

@@ -138,7 +138,8 @@ impl Replay<'_> {
     }
 }
 
-/// The same frames on several machines, a run for each.
+/// The same frames on several machines, a run for each; of frames at `counted` alone where that is
+/// given, of which those before are what machines remember.
 ///
 /// # Errors
 /// As [`Session::fold`].
@@ -146,6 +147,7 @@ pub fn on_each(
     systems: &[System],
     display_fps: f64,
     frames: &mut dyn Frames,
+    counted: Option<&[usize]>,
     watch: &dyn Watch,
 ) -> Result<Vec<Run>, RunError> {
     let facts = |system| {
@@ -160,7 +162,14 @@ pub fn on_each(
         .facts(frames)
     };
     let facts: Vec<Facts> = systems.iter().map(facts).collect::<Result<_, _>>()?;
-    let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
+    let subject = |system| {
+        let subject = Subject::of(system).checking_order();
+        match counted {
+            Some(counted) => subject.only(counted),
+            None => subject,
+        }
+    };
+    let subjects: Vec<Subject> = systems.iter().map(subject).collect();
     let keep = |reports: &mut Vec<FrameReport>, view: FrameView<'_>| reports.push(view.report);
     let folded = Session::new(frames, watch).fold(&subjects, |_| Vec::new(), keep)?;
     let run = |((system, facts), frames): ((&System, Facts), Vec<FrameReport>)| {

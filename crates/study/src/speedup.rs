@@ -1,5 +1,5 @@
-//! Several machines over several traces, relative to one of them: speed-ups and energy, with their
-//! geometric means.
+//! Several machines over several traces, relative to one of them: speed, speed per area and energy,
+//! with their geometric means.
 
 use crate::findings::compare::{Comparison, Measure};
 
@@ -10,6 +10,9 @@ pub struct Speed {
     pub fps: f64,
     /// Energy of a frame, joules.
     pub energy_j: f64,
+    /// Frames per second and mm² of the die without PHY and controllers, as papers count it; `None`
+    /// where the area is not known.
+    pub fps_per_mm2: Option<f64>,
 }
 
 /// A machine on all traces.
@@ -19,8 +22,8 @@ pub struct MachineSpeed {
     pub label: String,
     /// What it does on each trace, where that was measured.
     pub speeds: Vec<Option<Speed>>,
-    /// Whether its joules may be held against those of the first machine: not those of another
-    /// technology node.
+    /// Whether its joules and mm² may be held against those of the first machine: not those of
+    /// another technology node.
     pub is_comparable: bool,
 }
 
@@ -29,8 +32,15 @@ pub struct MachineSpeed {
 pub enum Gain {
     /// Frame rate over that of the first machine.
     Speed,
+    /// Frame rate per mm² over that of the first machine.
+    Area,
     /// Energy per frame of the first machine over that of this one.
     Energy,
+}
+
+impl Gain {
+    /// All of them, as papers have them.
+    pub const ALL: [Gain; 3] = [Gain::Speed, Gain::Area, Gain::Energy];
 }
 
 /// Machines over traces; the first machine is what the others are compared with.
@@ -62,7 +72,9 @@ impl SpeedUp {
                 let value = |measure| *c.row(measure).values.get(i)?;
                 let (fps, mj): (Option<f64>, Option<f64>) =
                     (value(Measure::Throughput), value(Measure::Energy));
-                Some(Speed { fps: fps?, energy_j: mj? * 1e-3 })
+                let area: Option<f64> = value(Measure::AreaCore);
+                let fps_per_mm2 = area.map(|mm2| fps.unwrap_or(0.0) / mm2);
+                Some(Speed { fps: fps?, energy_j: mj? * 1e-3, fps_per_mm2 })
             };
             let is_comparable = all.iter().all(|c| c.row(Measure::Energy).is_comparable[i]);
             MachineSpeed { label, speeds: all.iter().map(speed).collect(), is_comparable }
@@ -77,10 +89,20 @@ impl SpeedUp {
         let (first, own) = (self.machines[0].speeds[t]?, self.machines[m].speeds[t]?);
         let ratio = match gain {
             Gain::Speed => own.fps / first.fps,
-            Gain::Energy if !self.machines[m].is_comparable => return None,
+            Gain::Energy | Gain::Area if !self.machines[m].is_comparable => return None,
+            Gain::Area => own.fps_per_mm2? / first.fps_per_mm2?,
             Gain::Energy => first.energy_j / own.energy_j,
         };
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0)
+    }
+
+    /// The smallest and the largest gain of machine `m` over the traces.
+    pub fn ends(&self, gain: Gain, m: usize) -> Option<(f64, f64)> {
+        let gains = (0..self.traces.len()).filter_map(|t| self.gain(gain, m, t));
+        gains.fold(None, |ends: Option<(f64, f64)>, gain| {
+            let (low, high) = ends.unwrap_or((gain, gain));
+            Some((low.min(gain), high.max(gain)))
+        })
     }
 
     /// The geometric mean over all traces; `None` if one is missing.

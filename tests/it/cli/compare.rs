@@ -103,7 +103,7 @@ fn usage() {
         (&["gscore", "edge", "no-such.bin"][..], 3, "no-such.bin"),
         (&["gscore", "traces", TRACE][..], 2, "report folders cannot be compared with machines"),
         (&["traces", "reports"][..], 3, "is its folder a finished report"),
-        (&["gscore"][..], 2, "2 values"),
+        (&["gscore"][..], 2, "one machine only"),
         (&["gscore", "edge", TRACE, "--at-least", "0"][..], 2, "must be above zero"),
     ] {
         let failed = program(arguments).assert().code(code);
@@ -141,4 +141,25 @@ fn tables_are_as_wide_as_columns_says() {
     };
     assert!(widest("60") <= 60 && widest("80") <= 80);
     assert!((81..=160).contains(&widest("160")), "{}", widest("160"));
+}
+
+#[test]
+fn standard_workloads_stand_in_for_traces() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("report").display().to_string();
+    let flat = ["--set", "dram.model=bandwidth", "--out", &out];
+    let words = ["gscore", "edge", "--workloads", "train", "--json"];
+    let done = program(&words).args(flat).assert().success();
+    let json: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+    let trace = |side: usize| json["sides"][side]["trace"].as_str();
+    assert_eq!([trace(0), trace(1)], [Some("train"), Some("train")], "{json}");
+    for (arguments, words) in [
+        (&["gscore", "edge", "--workloads", "moon"][..], "no workload `moon`"),
+        (&["gscore", "--workloads", "train"][..], "one machine only"),
+        (&["gscore", TRACE, "--workloads", "train"][..], "is a trace"),
+        (&["--all-machines"][..], "--workloads"),
+    ] {
+        let failed = program(arguments).assert().code(2);
+        failed.stderr(predicate::str::contains(words));
+    }
 }

@@ -125,8 +125,8 @@ pub struct StereoSummary {
     pub lost_blends: u64,
     /// Pixels of the second view.
     pub pixels: u64,
-    /// Those whose colour may be another one by a step of eight bits or more: the weights of what is
-    /// lost add up to 1/255.
+    /// Those whose colour may be another one by a step of eight bits or more: the weights of what
+    /// is lost add up to 1/255.
     pub changed_pixels: u64,
     /// The same for what is lost because its disparity is beyond the largest.
     pub cut_off_pixels: u64,

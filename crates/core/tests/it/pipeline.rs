@@ -40,7 +40,8 @@ const SYMBOLS: &str = "0rlsfciob.";
 /// Units with cycles, as the oracle numbers them.
 const UNITS: [&str; 5] = ["ccu", "qsu", "bsu", "vru", "colour"];
 
-/// Cycles by unit and state, in the order of [`SYMBOLS`]; none of units that a machine does not have.
+/// Cycles by unit and state, in the order of [`SYMBOLS`]; none of units that a machine does not
+/// have.
 type States = [[u64; SYMBOLS.len()]; UNITS.len()];
 
 fn states_of(replay: &FrameReplay) -> States {

@@ -37,7 +37,9 @@ pub fn of(analysis: &Analysis) -> Option<SpeedUp> {
         };
         let row = *over_traces.iter().find(is_it)?;
         let energy_j = table.number("energy_pj.mean", row)? * 1e-12;
-        Some(Speed { fps: table.number("fps.mean", row)?, energy_j })
+        let fps = table.number("fps.mean", row)?;
+        let fps_per_mm2 = table.number("area_mm2.core", row).map(|mm2| fps / mm2);
+        Some(Speed { fps, energy_j, fps_per_mm2 })
     };
     let machine = |&design: &u32| {
         let label = match table.label(design) {

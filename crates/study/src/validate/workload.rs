@@ -42,12 +42,12 @@ impl Workload {
     }
 
     /// Frames that are counted: the views, each by both eyes where it has them.
-    pub(crate) fn frames(&self) -> usize {
+    pub fn frames(&self) -> usize {
         self.views * if self.eyes > 0 { 2 } else { 1 }
     }
 
     /// Frames that are simulated but not counted.
-    pub(crate) fn warm_up(&self) -> usize {
+    pub fn warm_up(&self) -> usize {
         usize::from(self.path > 0)
     }
 

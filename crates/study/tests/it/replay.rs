@@ -156,7 +156,7 @@ fn two_dram_models_see_the_same_frames() {
 #[test]
 fn several_machines_get_the_runs_that_each_has_alone() {
     let systems = ["gscore", "neo"].map(|name| System::named(name).expect("a machine"));
-    let runs = on_each(&systems, 60.0, &mut frames(3), &()).expect("runs");
+    let runs = on_each(&systems, 60.0, &mut frames(3), None, &()).expect("runs");
     for (system, run) in systems.iter().zip(runs) {
         let mut alone = replay(system).run(&mut frames(3), &()).expect("a run");
         alone.tiles = None;

@@ -139,8 +139,8 @@ fn order(m: &TileWise, found: &mut Found) {
     let g = &m.geometry;
     if !gsu.sorts() && g.sort_group != g.tile {
         let message = format!(
-            "`gsu.impl` = \"none\" contradicts `geometry.sort-group` = {}: nobody looks through the \
-             list of a group; set `geometry.sort-group` = {}",
+            "`gsu.impl` = \"none\" contradicts `geometry.sort-group` = {}: nobody looks through \
+             the list of a group; set `geometry.sort-group` = {}",
             g.sort_group, g.tile
         );
         found.add("gsu.impl", message);
@@ -185,8 +185,8 @@ fn stereo(m: &TileWise, found: &mut Found) {
     }
     let mut excludes = |key: &'static str, value: String, remedy: &str, set: &str| {
         let message = format!(
-            "`stereo.impl` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, or \
-             `stereo.impl` = \"separate\"",
+            "`stereo.impl` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
+             or `stereo.impl` = \"separate\"",
             way.name()
         );
         found.add("stereo.impl", message);

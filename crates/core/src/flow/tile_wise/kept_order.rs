@@ -1,10 +1,10 @@
 //! Lists that frames take over as they are (`gsu.impl = "last"` and `"shared"`; A134).
 //!
 //! With `last` a frame goes through the lists of the frame before, while its own are sorted for the
-//! next one: splats that have come to a tile since are missing. With `shared` every `reuse-period`-th
-//! frame makes lists of all splats that touch a tile, or would if they were `gsu.margin` pixels
-//! elsewhere, and the frames in between go through them and make none. Which pixels see what, and
-//! where they stop, is found by blending in that order.
+//! next one: splats that have come to a tile since are missing. With `shared` every n-th frame
+//! (`reuse-period`) makes lists of all splats that touch a tile, or would if they were `gsu.margin`
+//! pixels elsewhere, and the frames in between go through them and make none. Which pixels see what,
+//! and where they stop, is found by blending in that order.
 
 use rayon::prelude::*;
 
@@ -23,7 +23,8 @@ pub struct KeptOrder {
     pub made: Option<Box<FrameWorkload>>,
     /// The bytes and the work that come with it.
     pub lists: TableUse,
-    /// How the lists that it goes through compare with its own; `None` where they are sorted for it.
+    /// How the lists that it goes through compare with its own; `None` where they are sorted for
+    /// it.
     pub summary: Option<ReuseSummary>,
 }
 

@@ -147,8 +147,8 @@ impl EyeWork {
                 "the views of the pair have different sizes: extract them with --stereo".to_owned()
             }
             Refusal::NoPair(NoSecond::Rows(rows)) => format!(
-                "a splat is {rows:.1} rows lower in one eye than in the other: the eyes do not look \
-                 along parallel axes; extract them with --stereo"
+                "a splat is {rows:.1} rows lower in one eye than in the other: the eyes do not \
+                 look along parallel axes; extract them with --stereo"
             ),
             Refusal::CutOff(summary) => format!(
                 "{:.1} % of the pixels of the second eye change, because disparities of more than \

@@ -543,8 +543,8 @@ pub enum GsuImpl {
     Merge,
     /// The order of the frame before is updated, until `reuse-period` is over.
     Update,
-    /// A frame goes through the lists of the frame before as they are; its own are merged meanwhile,
-    /// for the next one.
+    /// A frame goes through the lists of the frame before as they are; its own are merged
+    /// meanwhile, for the next one.
     Last,
     /// Lists with a margin are merged every `reuse-period` frames, and go for all of these.
     Shared,

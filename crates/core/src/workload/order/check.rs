@@ -110,8 +110,8 @@ pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
 }
 
 /// Depth ranks of every list in the order in which they leave `sorter`: one after the other where
-/// `merged`, in place of parts that pivots make. One list per tile, or per sort group where there are
-/// any.
+/// `merged`, in place of parts that pivots make. One list per tile, or per sort group where there
+/// are any.
 pub fn sorted_lists(workload: &FrameWorkload, sorter: Sorter, merged: bool) -> Vec<Vec<u32>> {
     let keys: Vec<u32> = workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect();
     let new = || OrderBench {

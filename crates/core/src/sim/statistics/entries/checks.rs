@@ -73,8 +73,8 @@ pub(super) fn stereo(list: &mut List) {
     real(list, "stereo.lost_blends_frac", "1", text, |f, _| {
         of(f).and_then(|s| share(s.lost_blends, s.blends))
     });
-    let text = "Share of the pixels of the second eye whose colour may change by a step of eight bits \
-                or more by that, 0 to 1: the weights of what is lost add up to 1/255.";
+    let text = "Share of the pixels of the second eye whose colour may change by a step of eight \
+                bits or more by that, 0 to 1: the weights of what is lost add up to 1/255.";
     real(list, Key::SecondEyeChanged, "1", text, |f, _| {
         of(f).and_then(|s| share(s.changed_pixels, s.pixels))
     });

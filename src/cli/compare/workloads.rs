@@ -1,0 +1,117 @@
+//! `compare --workloads`: the standard workloads in place of traces.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::CompareCommandArgs;
+use crate::cli::progress::{ProgressCounts, WatchedProgress};
+use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_base::config::embedded::MACHINES;
+use powergs_core::run::{Frames, System};
+use powergs_scene::synth::{Preset, generate};
+use powergs_study::findings::compare::Side;
+use powergs_study::replay::on_each;
+use powergs_study::validate::run::MEMORY;
+use powergs_study::validate::{BASELINE, PUBLISHED, Tables, WORKLOADS, Workload};
+use powergs_views::rendered;
+
+/// The word for all workloads of single views.
+const ALL: &str = "all";
+
+/// The machines that are given, and with `--all-machines` the others that come with the program.
+pub fn machines(items: &[PathBuf], all: bool) -> Vec<PathBuf> {
+    let mut machines = items.to_vec();
+    let others = MACHINES.iter().map(|file| PathBuf::from(file.name));
+    machines.extend(others.filter(|name| all && !items.contains(name)));
+    machines
+}
+
+/// The workloads of these names, in the order of their table.
+///
+/// # Errors
+/// Exit code 2: an unknown name, with the known ones.
+pub fn chosen(names: &[String]) -> Result<Vec<Workload>, Failure> {
+    let tables = Tables::parse(PUBLISHED, WORKLOADS, BASELINE).or_exit(Exit::Internal, "tables")?;
+    let known = &tables.workloads;
+    for name in names {
+        if name != ALL && !known.iter().any(|workload| workload.name == *name) {
+            let known: Vec<&str> = known.iter().map(|workload| workload.name.as_str()).collect();
+            let what = format!(
+                "--workloads: no workload `{name}`; there are {ALL} (all of single views), {}",
+                known.join(", ")
+            );
+            return Err(Failure::new(Exit::Usage, what));
+        }
+    }
+    let is_meant = |workload: &Workload| {
+        let single = workload.eyes == 0 && names.iter().any(|name| name == ALL);
+        single || names.contains(&workload.name)
+    };
+    Ok(tables.workloads.into_iter().filter(is_meant).collect())
+}
+
+/// The frames of a workload of a scene of so many splats.
+fn frames(workload: &Workload, preset: &Preset, points: usize) -> Box<dyn Frames> {
+    let scene = Arc::new(generate(preset, points, workload.seed));
+    rendered(&workload.name, scene, workload.cameras(preset))
+}
+
+/// Leaves out machines that one of the workloads is not for, such as those of pairs of views, and
+/// says so.
+///
+/// # Errors
+/// Exit code 2: less than two machines are left.
+pub fn fitting(systems: Vec<System>, workloads: &[Workload]) -> Result<Vec<System>, Failure> {
+    let mut left = Vec::new();
+    for system in systems {
+        let refuses = |workload: &&Workload| {
+            let small = Workload { size: (64, 64), ..(*workload).clone() };
+            let preset = small.preset()?;
+            let mut frames = frames(&small, preset, 200);
+            on_each(std::slice::from_ref(&system), 60.0, &mut *frames, None, &()).err()
+        };
+        match workloads.iter().find_map(|workload| refuses(&workload)) {
+            Some(why) => {
+                let name = &system.machine().name;
+                out::complain(format_args!("note: {name} is left out: {why}"));
+            }
+            None => left.push(system),
+        }
+    }
+    match left.len() {
+        0 | 1 => {
+            let what = "--all-machines: these workloads are for less than two machines";
+            Err(Failure::new(Exit::Usage, what))
+        }
+        _ => Ok(left),
+    }
+}
+
+/// Simulates every workload on every machine, a list of sides a workload; without workloads that
+/// were not begun.
+pub fn simulated(
+    args: &CompareCommandArgs,
+    systems: &[System],
+    workloads: &[Workload],
+    context: &Context,
+) -> Result<Vec<Vec<Side>>, Failure> {
+    let count: usize = workloads.iter().map(Workload::frames).sum();
+    let total = (count * systems.len()) as u64;
+    let watch = WatchedProgress::of_total(context, total, ProgressCounts::Simulations);
+    let asked = context.global.memory;
+    let memory = if asked.0 >= MEMORY.0 { asked } else { MEMORY };
+    let mut all = Vec::new();
+    for workload in workloads {
+        let Some(preset) = workload.preset() else { continue };
+        let mut frames = frames(workload, preset, preset.points);
+        frames.allow(memory);
+        let counted: Vec<usize> = frames.range().skip(workload.warm_up()).collect();
+        let runs = on_each(systems, args.shown.fps, &mut *frames, Some(&counted), &watch)?;
+        let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
+        all.extend(sides);
+        if context.is_cancelled() {
+            break;
+        }
+    }
+    Ok(all)
+}
