@@ -2,6 +2,8 @@
 
 mod workloads;
 
+pub use workloads::names as workload_names;
+
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};

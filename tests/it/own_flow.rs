@@ -27,7 +27,7 @@ fn commands_know_a_dataflow_from_outside() {
     assert!(replay.contains("BLENDER-bound") && replay.contains("blender.lanes"), "{replay}");
     let csv = std::fs::read_to_string(home.path().join("replay/results.csv")).expect("a table");
     let header = csv.lines().next().expect("a header");
-    for column in ["units.blender.busy_cycles", "actions.normalise", "area_mm2.blender"] {
+    for column in ["units.blender.busy_cycles", "actions.divide", "area_mm2.blender"] {
         assert!(header.split(',').any(|name| name == column), "{column}: {header}");
     }
     assert!(!header.contains("units.vru.") && !header.contains("units.raster."), "{header}");

@@ -57,7 +57,7 @@ fn everything_about_a_stage_follows_from_its_declaration() {
     for name in [
         "units.blender.busy_cycles",
         "units.blender.stall_features_cycles",
-        "actions.normalise",
+        "actions.divide",
         "area_mm2.blender",
         "buffers.blender_in.peak_bytes",
     ] {
@@ -66,7 +66,7 @@ fn everything_about_a_stage_follows_from_its_declaration() {
     }
     // Keys of energy tables, and a table that does not have them.
     let keys: Vec<String> = key_docs::<EnergyTable>().into_iter().map(|doc| doc.path).collect();
-    for key in ["actions.normalise", "leakage.blender", "area.blender", "clock.blender"] {
+    for key in ["actions.divide", "leakage.blender", "area.blender", "clock.blender"] {
         assert!(keys.iter().any(|known| known == key), "{key}");
     }
     let gscore = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("a table")).expect("whole");

@@ -267,12 +267,12 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     if let Some(kept) = record.mean(Key::SecondEyeKept) {
         let [changed, cut_off] =
             [Key::SecondEyeChanged, Key::SecondEyeCutOff].map(|key| percent(record.value(key)));
-        page.paragraph(format!(
+        page.paragraph(Text::marked(&format!(
             "The second eye is made of what blends in the first one: {} % of the entries of its \
-             own lists. At most {changed} % of its pixels change by that by a step of eight bits or \
-             more ({cut_off} % because disparities are beyond `stereo.lag`).",
+             own lists. By that {changed} % of its pixels may change by a step of eight bits or \
+             more, {cut_off} % because disparities are beyond `stereo.lag`.",
             percent(kept)
-        ));
+        )));
     }
     for lanes in record.units().filter_map(|unit| record.mean(Key::LaneUtilisation(unit))) {
         let share = percent(lanes);

@@ -26,6 +26,15 @@ pub fn machines(items: &[PathBuf], all: bool) -> Vec<PathBuf> {
     machines
 }
 
+/// Names of workloads, and what they are.
+pub fn names() -> Vec<(String, String)> {
+    let tables = Tables::parse(PUBLISHED, WORKLOADS, BASELINE);
+    let all = tables.map(|tables| tables.workloads).unwrap_or_default();
+    let of = |workload: Workload| (workload.name, workload.why);
+    let every = (ALL.to_owned(), "all of single views".to_owned());
+    [every].into_iter().chain(all.into_iter().map(of)).collect()
+}
+
 /// The workloads of these names, in the order of their table.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use clap_complete::engine::{
 
 use serde_json::Value;
 
-use crate::cli::explain;
+use crate::cli::{compare, explain};
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::{choices, leaves};
@@ -50,6 +50,8 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         }
         (_, "arch") => names(MACHINES.to_vec(), &["toml"]),
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
+        ("compare", "workloads") => list(compare::workload_names),
+        ("render", "order") => list(orders),
         (_, "energy") => names(ENERGY.to_vec(), &["toml", "yaml", "yml"]),
         ("synth", "preset") => names(SYNTH.to_vec(), &["toml"]),
         (_, "display" | "preset") => names(DISPLAYS.to_vec(), &["toml"]),
@@ -63,6 +65,13 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         ("explain", "name") => list(explain::names),
         _ => return None,
     })
+}
+
+/// The values of `gsu.impl`.
+fn orders() -> Vec<Described> {
+    let docs = key_docs::<Machine>().into_iter().find(|doc| doc.path == "gsu.impl");
+    let choices = docs.map(|doc| doc.choices()).unwrap_or_default();
+    choices.into_iter().map(|choice| (choice, String::new())).collect()
 }
 
 /// A value and what it says.

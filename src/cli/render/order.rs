@@ -217,15 +217,16 @@ impl OrderRender {
         page.table(Table::new(columns).rows(self.views.iter().zip(files).map(row)));
         let machine = &self.machine.name;
         let order = gsu.implementation.name();
+        let what =
+            format!("Pictures with `gsu.impl` = \"{order}\" on {machine}, beside exact ones");
         page.paragraph(match weights {
             Some(power) => format!(
-                "Pictures with `gsu.impl` = \"{order}\" on {machine}, beside exact ones: weights are \
-                 depth to the power of -{power}. No model is trained for it here; trained ones lose \
-                 less."
+                "{what}: weights are depth to the power of -{power}. No model is trained for it \
+                 here; trained ones lose less."
             ),
             None => format!(
-                "Pictures with `gsu.impl` = \"{order}\" on {machine}, beside exact ones. Neighbours \
-                 of lists that are out of order; entries that lists lack."
+                "{what}. Out of order: neighbours in a list of which the first is farther; missing: \
+                 entries that lists lack."
             ),
         });
         out::document(&page)?;

@@ -29,8 +29,8 @@ impl FrameWorkload {
     /// is left out: `counters` and `storage` are zero and empty.
     ///
     /// # Panics
-    /// When it was not binned for [`FrameDetail::pixels`](super::FrameDetail), or has another number
-    /// of tiles.
+    /// When it was not binned for [`FrameDetail::pixels`](super::FrameDetail), or has another
+    /// number of tiles.
     pub fn with_lists(&self, lists: Vec<TileList>) -> FrameWorkload {
         assert_eq!(lists.len(), self.tiles.len(), "a list for each tile");
         let geometry = self.geometry;

@@ -18,7 +18,7 @@ use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, Ports, SecondMasterSpec,
 };
 use powergs_core::stage::{DRAM_READ, DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
-use powergs_core::workload::{ChunkWork, Geometry, PairWork, TileWork};
+use powergs_core::workload::{ChunkWork, Geometry, PairWork, StoragePrefix, TileWork};
 use powergs_dram::device::Order;
 use powergs_energy::action::{ActionCounts, Phase};
 
@@ -179,6 +179,76 @@ fn batches_spread_every_counter_without_loss() {
         assert_eq!(sum(|b| b.pairs), whole.pairs);
         assert!(batches.iter().all(|b| b.records <= u64::from(size) && b.survivors <= b.records));
     }
+}
+
+/// Bounds are tested in order, and records are read of clusters with survivors alone.
+#[test]
+fn clusters_without_survivors_are_not_read() {
+    let (mut skipped, mut tested) = (0, 0);
+    for seed in 0..200 {
+        let mut dice = Dice::new(seed);
+        let mut frame = dice.workload(Geometry::REFERENCE);
+        let points = u64::from(dice.roll(1, 3000));
+        let blocks = points.div_ceil(32) as usize;
+        let mut at = StoragePrefix::default();
+        frame.storage = (0..blocks)
+            .map(|_| {
+                // Most blocks are behind the camera.
+                let own = if dice.roll(0, 3) == 0 { dice.roll(1, 9) } else { 0 };
+                at.survivors += own;
+                at.splats += own / 2;
+                at.pairs += own / 2 * 3;
+                at
+            })
+            .collect();
+        let c = &mut frame.counters;
+        (c.points, c.survivors) = (points, at.survivors.into());
+        (c.intersecting_points, c.tile_pairs) = (at.splats.into(), at.pairs.into());
+        (c.obb_prepared, c.obb_tests) = (0, 0);
+        let (size, batch, tests) = (32 * dice.roll(1, 4), dice.roll(1, 70), dice.roll(1, 9).into());
+        let pairs = frame.counters.tile_pairs;
+        let all = Batches::new(&frame, batch, pairs).with_clusters(&frame, size, tests);
+        let batches: Vec<Batch> = all.collect();
+        let size = u64::from(size);
+        let mut expected: Vec<u64> = Vec::new();
+        for cluster in 0..points.div_ceil(size) {
+            let of = |block: u64| match block.min(blocks as u64) {
+                0 => 0,
+                block => frame.storage[block as usize - 1].survivors,
+            };
+            let own = cluster * size..((cluster + 1) * size).min(points);
+            if of((cluster + 1) * size / 32) > of(cluster * size / 32) {
+                expected.extend(own);
+            } else {
+                skipped += 1;
+            }
+        }
+        let read: Vec<u64> = batches.iter().flat_map(|b| b.first..b.first + b.records).collect();
+        assert_eq!(read, expected, "seed {seed}");
+        let of_bounds = batches.iter().filter(|b| b.clusters > 0);
+        let bounds: Vec<u64> = of_bounds.flat_map(|b| b.first..b.first + b.clusters).collect();
+        assert_eq!(bounds, (0..points.div_ceil(size)).collect::<Vec<u64>>());
+        let mut known = 0;
+        for b in &batches {
+            assert!(b.records == 0 || b.clusters == 0, "one or the other");
+            assert!(b.records <= u64::from(batch) && b.clusters <= tests);
+            assert!(b.first + b.records <= known || b.clusters > 0, "untested records are read");
+            known += b.clusters * size;
+            tested += u64::from(b.clusters > 0);
+        }
+        let whole = &Batch::passes(&frame, pairs, None, size as u32)[0];
+        let sum = |field: fn(&Batch) -> u64| batches.iter().map(field).sum::<u64>();
+        for field in [
+            (|b| b.records) as fn(&Batch) -> u64,
+            |b| b.clusters,
+            |b| b.survivors,
+            |b| b.splats,
+            |b| b.pairs,
+        ] {
+            assert_eq!(sum(field), field(whole), "seed {seed}");
+        }
+    }
+    assert!(skipped > 1000 && tested > 1000, "{skipped} {tested}");
 }
 
 #[test]

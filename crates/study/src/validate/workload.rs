@@ -21,8 +21,8 @@ pub struct Workload {
     /// Where above zero: frames of a smooth path through the views of the preset, of which the
     /// first `views + 1` are taken. The first of these warms up and is not counted.
     pub path: usize,
-    /// Where above zero: thousandths of a world unit between the eyes that see each view, with square
-    /// pixels and the field of view across of the preset.
+    /// Where above zero: thousandths of a world unit between the eyes that see each view, with
+    /// square pixels and the field of view across of the preset.
     pub eyes: u32,
     /// Whether rows on it belong to a quick run.
     pub quick: bool,

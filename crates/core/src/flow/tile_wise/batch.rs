@@ -27,6 +27,8 @@ pub struct Batch {
     pub first: u64,
     /// Records read.
     pub records: u64,
+    /// Bounds of clusters that are read in place of records; `first` then is the first of them.
+    pub clusters: u64,
     /// Of these, in front of the near plane.
     pub survivors: u64,
     /// Splats whose box axes are prepared.
@@ -50,13 +52,22 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The whole frame as one batch for each pass, of which `pairs` pairs are written.
-    pub fn passes(workload: &FrameWorkload, pairs: u64, lists: Option<&ListWrites>) -> Vec<Batch> {
+    /// The whole frame as one batch for each pass, of which `pairs` pairs are written, with clusters
+    /// of so many Gaussians.
+    pub fn passes(
+        workload: &FrameWorkload,
+        pairs: u64,
+        lists: Option<&ListWrites>,
+        clusters: u32,
+    ) -> Vec<Batch> {
         let passes: &[Pass] = match lists {
             Some(lists) if lists.counts_first() => &[Pass::Count, Pass::Scatter],
             Some(_) | None => &[Pass::Whole],
         };
-        let whole = Batch::whole(workload, pairs);
+        let mut whole = Batch::whole(workload, pairs);
+        if let Some(clusters) = Clusters::of(workload, clusters) {
+            (whole.records, whole.clusters) = (clusters.live_records(), clusters.count());
+        }
         let of = |&pass: &Pass| Batch {
             pass,
             lists: lists.map(|lists| lists.part(pass == Pass::Count, 0, u64::MAX)),
@@ -82,6 +93,48 @@ impl Batch {
     }
 }
 
+/// Runs of Gaussians in storage order whose bounds are tested first.
+#[derive(Debug, Clone, Copy)]
+struct Clusters<'a> {
+    storage: &'a [StoragePrefix],
+    /// Gaussians of one.
+    size: u64,
+    records: u64,
+}
+
+impl<'a> Clusters<'a> {
+    /// `None` without clusters, and in scenes of which it is not known who survives where.
+    fn of(workload: &'a FrameWorkload, size: u32) -> Option<Clusters<'a>> {
+        let (storage, records) = (&workload.storage[..], workload.counters.points);
+        let size = u64::from(size);
+        (size > 0 && !storage.is_empty()).then_some(Clusters { storage, size, records })
+    }
+
+    fn count(&self) -> u64 {
+        self.records.div_ceil(self.size)
+    }
+
+    /// Whether a Gaussian of a cluster survives: of no other are records read.
+    fn is_live(&self, cluster: u64) -> bool {
+        let blocks = self.size / STORAGE_BLOCK;
+        let survivors = |block: u64| match block {
+            0 => 0,
+            block => self.storage[(block as usize).min(self.storage.len()) - 1].survivors,
+        };
+        survivors(cluster * blocks) < survivors((cluster + 1) * blocks)
+    }
+
+    /// Where a cluster ends.
+    fn end(&self, cluster: u64) -> u64 {
+        ((cluster + 1) * self.size).min(self.records)
+    }
+
+    fn live_records(&self) -> u64 {
+        let live = (0..self.count()).filter(|&cluster| self.is_live(cluster));
+        live.map(|cluster| self.end(cluster) - cluster * self.size).sum()
+    }
+}
+
 /// Counters of the first records of a scene.
 type BatchCounts = [u64; 6];
 
@@ -98,6 +151,13 @@ pub struct Batches<'a> {
     is_done: bool,
     pass: Pass,
     lists: Option<&'a ListWrites>,
+    clusters: Option<Clusters<'a>>,
+    /// Bounds of a batch of them.
+    tests: u64,
+    /// Clusters that are tested.
+    tested: u64,
+    /// Behind the last cluster of which records are read; behind all without clusters.
+    live_end: u64,
 }
 
 impl<'a> Batches<'a> {
@@ -115,7 +175,48 @@ impl<'a> Batches<'a> {
             is_done: total == Batch::default(),
             pass: Pass::Whole,
             lists: None,
+            clusters: None,
+            tests: 0,
+            tested: 0,
+            live_end: total.records,
         }
+    }
+
+    /// With clusters of `size` Gaussians, of which `tests` are tested in a batch.
+    pub fn with_clusters(self, workload: &'a FrameWorkload, size: u32, tests: u64) -> Self {
+        let clusters = Clusters::of(workload, size);
+        let live_end = clusters.map_or(self.live_end, |all| {
+            let last = (0..all.count()).rev().find(|&cluster| all.is_live(cluster));
+            last.map_or(0, |cluster| all.end(cluster))
+        });
+        Self { clusters, tests: tests.max(1), live_end, ..self }
+    }
+
+    /// Tests bounds until the next record is known that is read; the batch of them, if there is one
+    /// to test. Afterwards `at` is that record, or behind all.
+    fn test(&mut self) -> Option<Batch> {
+        let clusters = self.clusters?;
+        while self.at < self.total.records {
+            let cluster = self.at / clusters.size;
+            if cluster >= self.tested && self.pass != Pass::Scatter {
+                let first = self.tested;
+                let n = self.tests.min(clusters.count() - first);
+                self.tested += n;
+                return Some(Batch { first, clusters: n, pass: self.pass, ..Batch::default() });
+            }
+            if clusters.is_live(cluster) {
+                return None;
+            }
+            self.at = clusters.end(cluster);
+        }
+        None
+    }
+
+    /// Whether nothing of the records from `at` on is read, and no bounds are left to test.
+    fn is_at_end(&self) -> bool {
+        let all_tested = |clusters: Clusters| self.tested >= clusters.count();
+        let is_tested = self.pass == Pass::Scatter || self.clusters.is_none_or(all_tested);
+        is_tested && self.at >= self.live_end
     }
 
     /// The same batches in a pass that moves `lists`.
@@ -185,7 +286,13 @@ impl Iterator for Batches<'_> {
         if self.is_done {
             return None;
         }
-        let (first, end) = (self.at, (self.at + self.batch).min(self.total.records));
+        if let Some(tested) = self.test() {
+            self.is_done = self.is_at_end();
+            return Some(tested);
+        }
+        let first = self.at;
+        let run = self.clusters.map_or(self.total.records, |all| all.end(first / all.size));
+        let end = (first + self.batch).min(run);
         let t = &self.total;
         let until = if end < t.records {
             self.until(end)
@@ -195,11 +302,13 @@ impl Iterator for Batches<'_> {
         let [survivors, prepared, tests, splats, pairs, lookups] =
             std::array::from_fn(|i| until[i] - self.before[i]);
         let [.., first_splat, first_pair, _] = self.before;
-        (self.at, self.before, self.is_done) = (end, until, end >= self.total.records);
+        (self.at, self.before) = (end, until);
+        self.is_done = self.is_at_end();
         let lists = self.lists.map(|lists| lists.part(self.pass == Pass::Count, first, end));
         Some(Batch {
             first,
             records: end - first,
+            clusters: 0,
             survivors,
             prepared,
             tests,

@@ -305,15 +305,25 @@ impl Ccu {
         match (batch.pass, read) {
             (Pass::Scatter, 0) => batch.splats * self.projected,
             (Pass::Scatter, _) => 0,
+            (Pass::Whole | Pass::Count, 0) => {
+                self.reads[0] * batch.records + self.spec.cluster.0 * batch.clusters
+            }
             (Pass::Whole | Pass::Count, _) => {
                 self.reads[read] * [batch.records, batch.survivors, batch.splats][read]
             }
         }
     }
 
+    /// Bounds of clusters that are read in a batch: as many bytes as the positions of one.
+    pub fn cluster_tests(&self) -> u64 {
+        u64::from(self.batch) * self.reads[0] / self.spec.cluster.0.max(1)
+    }
+
     /// The largest batch of a pass, as far as it is known before anything of it is read.
     pub fn largest(&self, pass: Pass) -> Batch {
         let records = u64::from(self.batch);
+        let bounds = self.spec.cluster.0.min(u64::from(self.spec.clusters) * self.spec.cluster.0);
+        let records = records.max(bounds.div_ceil(self.reads[0].max(1)));
         let splats = if pass == Pass::Scatter { records } else { 0 };
         Batch { records, splats, pass, ..Batch::default() }
     }
@@ -356,7 +366,7 @@ impl Ccu {
         if batch.pass == Pass::Scatter {
             return batch.prepared * u64::from(o.obb_prepare);
         }
-        batch.records * u64::from(o.cull)
+        (batch.records + batch.clusters) * u64::from(o.cull)
             + batch.survivors * u64::from(o.project)
             + batch.prepared * u64::from(o.obb_prepare)
             + self.coloured(batch) * self.colour_operations
@@ -435,7 +445,7 @@ impl Unit for Ccu {
         let tested = batch.prepared.min(batch.records);
         let tests = self.tests.div_ceil(batch.tests).max(self.levels.div_ceil(batch.lookups));
         let untested = if batch.pass == Pass::Scatter { 0 } else { batch.records - tested };
-        let entry = untested + tested.max(tests);
+        let entry = untested + batch.clusters + tested.max(tests);
         let arithmetic = self.rate.div_ceil(self.operations(batch));
         entry.max(arithmetic).max(self.lookups_of(batch) * self.codebook.cycles()).max(1)
     }
@@ -461,7 +471,7 @@ impl Unit for Ccu {
         let stage = Phase::Preprocessing;
         let converted = batch.pass != Pass::Scatter;
         if converted {
-            actions.charge(stage, CULL, batch.records);
+            actions.charge(stage, CULL, batch.records + batch.clusters);
             actions.charge(stage, PROJECT, batch.survivors);
         }
         actions.charge(stage, OBB_PREPARE, batch.prepared);

@@ -4,6 +4,7 @@ mod binning;
 
 use super::{FeatureSource, Fetch, GsuImpl, StereoImpl, Termination, TileWise, VruImpl};
 use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
+use crate::workload::STORAGE_BLOCK;
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;
 
@@ -26,6 +27,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
     stereo(machine, &mut found);
+    clusters(machine, &mut found);
     binning::check(machine, &mut found);
     codebook(machine, &mut found);
     if found.is_empty() {
@@ -174,6 +176,33 @@ fn kept_lists(m: &TileWise, found: &mut Found) {
     if m.fovea.accumulators > 0 {
         let remedy = "how levels are kept is not known";
         excludes("fovea.accumulators", m.fovea.accumulators.to_string(), remedy, "0".to_owned());
+    }
+}
+
+/// Bounds that are tested before records are read.
+fn clusters(m: &TileWise, found: &mut Found) {
+    let (size, bytes) = (m.ccu.clusters, m.ccu.cluster);
+    let block = STORAGE_BLOCK as u32;
+    if !size.is_multiple_of(block) {
+        let message = format!(
+            "`ccu.clusters` = {size} must be a multiple of {block}, or 0 for none: who survives is \
+             known of {block} Gaussians together"
+        );
+        found.add("ccu.clusters", message);
+        found.ends_with("ccu.clusters", size.next_multiple_of(block));
+    }
+    if size > 0 && !(1..=RECORD_MAX.0).contains(&bytes.0) {
+        let message = format!("`ccu.cluster` = {bytes} must be from 1 B to {RECORD_MAX}");
+        found.add("ccu.cluster", message);
+    }
+    if size > 0 && m.stereo.implementation == StereoImpl::Shared {
+        let message = format!(
+            "`ccu.clusters` = {size} contradicts `stereo.impl` = \"shared\": the second eye goes \
+             through what the first one has converted, not through the scene; set `ccu.clusters` \
+             = 0, or `stereo.impl` = \"separate\""
+        );
+        found.add("ccu.clusters", message);
+        found.ends_with("ccu.clusters", 0);
     }
 }
 

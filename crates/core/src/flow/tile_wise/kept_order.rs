@@ -3,8 +3,8 @@
 //! With `last` a frame goes through the lists of the frame before, while its own are sorted for the
 //! next one: splats that have come to a tile since are missing. With `shared` every n-th frame
 //! (`reuse-period`) makes lists of all splats that touch a tile, or would if they were `gsu.margin`
-//! pixels elsewhere, and the frames in between go through them and make none. Which pixels see what,
-//! and where they stop, is found by blending in that order.
+//! pixels elsewhere, and the frames in between go through them and make none. Which pixels see
+//! what, and where they stop, is found by blending in that order.
 
 use rayon::prelude::*;
 

@@ -2,7 +2,7 @@
 //!
 //! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
-//! "everything"`), projected splats in the order of the CCUs, tile lists back to back, features in
+//! "everything"`), bounds of clusters where there are any, projected splats in the order of the CCUs, tile lists back to back, features in
 //! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
 //! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
 //! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
@@ -111,6 +111,8 @@ pub struct Layout<'a> {
     fetch: Fetch,
     /// Position, geometry, colour: bytes read, and distance of records.
     scene: [(u64, u64, u64); 3],
+    /// Bounds of clusters: base, bytes.
+    clusters: (u64, u64),
     /// Base, bytes, pitch.
     projected: (u64, u64, u64),
     /// Features of second levels, where a CCU writes them.
@@ -161,6 +163,9 @@ impl<'a> Layout<'a> {
         };
         let scene =
             sizes.map(|(bytes, pitch)| (region(c.points.saturating_mul(pitch)), bytes, pitch));
+        let (size, bytes) = (u64::from(units.ccu.spec.clusters), units.ccu.spec.cluster.0);
+        let clusters = if size == 0 { 0 } else { c.points.div_ceil(size) };
+        let clusters = (region(clusters * bytes), bytes);
         let entries = workload.list.len() as u64;
         let mut layout = Layout {
             workload,
@@ -169,6 +174,7 @@ impl<'a> Layout<'a> {
             scene_end: region(0),
             fetch: units.ccu.spec.fetch,
             scene,
+            clusters,
             seconds: (0, 0),
             projected: match r.feature_source {
                 FeatureSource::Ccu => (0, 0, 0),
@@ -224,6 +230,10 @@ impl<'a> Layout<'a> {
             return AccessPattern::Results { first_splat, splats, entries, lists };
         }
         match read {
+            0 if batch.clusters > 0 => {
+                let (base, pitch) = self.clusters;
+                AccessPattern::Run(AddressRange { address: base + first * pitch, bytes })
+            }
             0 => AccessPattern::Run(AddressRange { address: base + first * pitch, bytes }),
             1 => AccessPattern::Some { first, records, taken: survivors, arrays },
             _ => AccessPattern::Some { first, records, taken: splats, arrays: Arrays::Colour },

@@ -7,7 +7,7 @@ use super::{
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 17] = [
+pub(super) const OPTIONAL: [Optional; 18] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -49,6 +49,13 @@ pub(super) const OPTIONAL: [Optional; 17] = [
         keys: &["binning.block"],
         with: &["binning.impl=append", "gsu.impl=split"],
         is_there: |m| m.of_type::<BinningSpec>().implementation == BinningImpl::Append,
+    },
+    Optional {
+        what: "clusters of Gaussians",
+        switch: "ccu.clusters",
+        keys: &["ccu.clusters", "ccu.cluster"],
+        with: &["ccu.clusters=64"],
+        is_there: |m| m.of_type::<CcuSpec>().clusters > 0,
     },
     Optional {
         what: "lists that are merged",

@@ -112,7 +112,12 @@ impl<O> Shared<'_, O> {
         if is_counted {
             let (workload, batch) = (self.workload, self.units.ccu.batch);
             let batches = Batches::new(workload, batch, pairs_written(workload, &self.context));
-            self.batches = batches.with_lists(Pass::Scatter, self.context.lists);
+            let ccu = &self.units.ccu;
+            self.batches = batches.with_lists(Pass::Scatter, self.context.lists).with_clusters(
+                workload,
+                ccu.spec.clusters,
+                ccu.cluster_tests(),
+            );
         }
         is_counted
     }
@@ -233,7 +238,8 @@ pub(crate) fn run<O: Observer>(
         in_order: memory.keeps_order() && overlap != Overlap::Tiles && context.lists.is_none(),
         memory,
         batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context))
-            .with_lists(first_pass(&context), context.lists),
+            .with_lists(first_pass(&context), context.lists)
+            .with_clusters(workload, units.ccu.spec.clusters, units.ccu.cluster_tests()),
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),

@@ -384,6 +384,20 @@ pub struct CcuSpec {
     pub queue: u32,
     /// When the records of a Gaussian are read.
     pub fetch: Fetch,
+    /// Gaussians in storage order that have a common record of their bounds, which is tested first:
+    /// a multiple of 32, or 0 for none.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "Gaussians"))]
+    pub clusters: u32,
+    /// Bytes of the bounds of a cluster.
+    #[serde(default = "bounds")]
+    #[schemars(extend("x-unit" = "bytes"))]
+    pub cluster: Bytes,
+}
+
+/// A136.
+fn bounds() -> Bytes {
+    Bytes(16)
 }
 
 /// The `ccu.operations` table: arithmetic operations of each step, in the count of the source that

@@ -114,8 +114,9 @@ pub(crate) fn traffic(
     plan: &Plan,
     context: &FrameContext,
 ) -> Traffic {
-    let passes = Batch::passes(workload, pairs_written(workload, context), context.lists);
     let ccu = &units.ccu;
+    let pairs = pairs_written(workload, context);
+    let passes = Batch::passes(workload, pairs, context.lists, ccu.spec.clusters);
     let preprocessing = StageTraffic {
         read: passes.iter().map(|whole| ccu.read_bytes(whole) + ccu.read_back(whole)).sum(),
         write: passes.iter().map(|whole| ccu.written(whole)).sum(),
@@ -144,7 +145,8 @@ pub(super) fn actions(
 ) -> ActionCounts {
     let mut actions = ActionCounts::default();
     let rules = &units.rules;
-    let passes = Batch::passes(workload, pairs_written(workload, context), context.lists);
+    let (pairs, clusters) = (pairs_written(workload, context), units.ccu.spec.clusters);
+    let passes = Batch::passes(workload, pairs, context.lists, clusters);
     for whole in &passes {
         rules.ccu.charge(&units.ccu, whole, &mut actions, check);
     }

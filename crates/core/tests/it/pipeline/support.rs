@@ -109,6 +109,8 @@ fn unlinked() -> Machine {
                 batch: 32,
                 queue: 64,
                 fetch: Fetch::LazyColour,
+                clusters: 0,
+                cluster: Bytes(16),
             },
             gsu: GsuSpec {
                 qsu_per_core: 2,
@@ -325,6 +327,8 @@ impl Dice {
                 Fetch::VisibleColour,
                 Fetch::LazyColour,
             ]),
+            clusters: 0,
+            cluster: Bytes(16),
         };
         machine.tiles_mut().gsu = GsuSpec {
             qsu_per_core: self.roll(1, 2),

@@ -44,7 +44,8 @@ pub fn shared_by(machine: &Machine) -> Option<String> {
     let is_apart = machine.tiles().schedule.overlap == Overlap::None
         && machine.tiles().rules.ccu == Rule::BUILT_IN
         && machine.dram.model == DramModel::Bandwidth
-        && machine.tiles().gsu.period() == 1;
+        && machine.tiles().gsu.period() == 1
+        && !machine.tiles().gsu.keeps_lists();
     is_apart.then(|| format!("{:?}", CcuKey::of(machine, &ResolvedUnits::new(machine))))
 }
 

@@ -129,6 +129,7 @@ fn batch(frame: &Frame, index: usize) -> Batch {
     let (before, after) = (until(frame, from), until(frame, to));
     let first = if frame.workload.counters.points == 0 { [0; 6] } else { before };
     Batch {
+        clusters: 0,
         first: from,
         records: to - from,
         survivors: after[0] - first[0],
