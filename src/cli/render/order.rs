@@ -225,8 +225,8 @@ impl OrderRender {
                  here; trained ones lose less."
             ),
             None => format!(
-                "{what}. Out of order: neighbours in a list of which the first is farther; missing: \
-                 entries that lists lack."
+                "{what}. Out of order: neighbours in a list of which the first is farther; \
+                 missing: entries that lists lack."
             ),
         });
         out::document(&page)?;

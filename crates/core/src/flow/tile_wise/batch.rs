@@ -52,8 +52,8 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// The whole frame as one batch for each pass, of which `pairs` pairs are written, with clusters
-    /// of so many Gaussians.
+    /// The whole frame as one batch for each pass, of which `pairs` pairs are written, with
+    /// clusters of so many Gaussians.
     pub fn passes(
         workload: &FrameWorkload,
         pairs: u64,
