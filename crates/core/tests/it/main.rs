@@ -2,6 +2,7 @@
 
 mod accel;
 mod calibrated;
+mod clusters;
 mod codebook;
 mod config;
 mod contract;

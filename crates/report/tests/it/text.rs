@@ -61,6 +61,9 @@ fn terminal_summary() {
 
         DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes
         moved per byte asked for.
+        The second eye is made of what blends in the first one: 25 % of the entries of
+        its own lists. By that <1 % of its pixels may change by a step of eight bits or
+        more, <1 % because disparities are beyond stereo.lag.
 
         region, a frame  tiles  splats loaded  VRU cycles   energy
         R1                2040        1100000     3299999  11.0 mJ
