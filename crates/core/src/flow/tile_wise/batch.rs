@@ -304,7 +304,9 @@ impl Iterator for Batches<'_> {
         let [.., first_splat, first_pair, _] = self.before;
         (self.at, self.before) = (end, until);
         self.is_done = self.is_at_end();
-        let lists = self.lists.map(|lists| lists.part(self.pass == Pass::Count, first, end));
+        // What is left on chip is written with the last record that is read.
+        let behind = if end >= self.live_end { self.total.records } else { end };
+        let lists = self.lists.map(|lists| lists.part(self.pass == Pass::Count, first, behind));
         Some(Batch {
             first,
             records: end - first,
