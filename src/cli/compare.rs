@@ -35,7 +35,7 @@ Examples:
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
   powergs-sim compare gscore mine.toml --workloads lego,train,garden
-  powergs-sim compare gscore --all-machines --workloads all --across-nodes
+  powergs-sim compare gscore --all-machines --workloads standard --across-nodes
 
 The first machine (or report) is what the others are compared with.";
 
@@ -49,8 +49,8 @@ pub struct CompareCommandArgs {
     /// for speed-ups with their geometric mean; or two or more report folders
     #[arg(required_unless_present = "all_machines", num_args = 1.., value_name = "ITEM")]
     pub items: Vec<PathBuf>,
-    /// In place of traces: standard workloads of `validate`, comma-separated, or all of single
-    /// views (all); their scenes are generated, quarters of an hour for all machines
+    /// In place of traces: workloads of `validate`, comma-separated; `standard` are the scenes at
+    /// the size of their captures, `all` those of single views. Scenes are generated
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "frames")]
     pub workloads: Vec<String>,
     /// With --workloads: the other machines that come with the program too; those that a workload
@@ -268,6 +268,9 @@ fn on_workloads(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<
     let mut systems = loaded(args, &machines)?;
     if args.all_machines {
         systems = workloads::fitting(systems, &chosen)?;
+    }
+    if !context.global.quiet {
+        workloads::note_paths(&systems, &chosen);
     }
     workloads::simulated(args, &systems, &chosen, context)
 }

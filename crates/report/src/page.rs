@@ -505,17 +505,26 @@ const PATH: f64 = 0.5;
 /// How much of the order of the frame before the lists keep, where the machine takes it over.
 fn kept_order(run: &Run) -> Option<String> {
     let reused = run.frames.iter().filter_map(|f| match f.cycle()?.lists? {
-        ListOrder::Reused(reuse) => Some([reuse.kept, reuse.kept + reuse.new]),
+        ListOrder::Reused(reuse) => Some([reuse.kept, reuse.kept + reuse.new, reuse.missing]),
         ListOrder::Sorted(_) => None,
     });
-    let [kept, all] = reused.fold([0, 0], |[a, b], [kept, all]| [a + kept, b + all]);
+    let [kept, all, missing] =
+        reused.fold([0; 3], |sum, own| std::array::from_fn(|i| sum[i] + own[i]));
     let share = (all > 0).then(|| kept as f64 / all as f64)?;
     let so = match share {
         s if s > KEEP => "views of a path",
         s if s >= PATH => "views that are further apart than those of a path",
         _ => "these views are no path, which a machine that takes over the order lives from",
     };
-    Some(format!("Order kept from frame to frame: {} % of list entries; {so}.", percent(share)))
+    let lacks = match missing {
+        0 => String::new(),
+        n => format!(
+            " {} % are missing, and not in the picture: `render --order` makes it.",
+            percent(n as f64 / all as f64)
+        ),
+    };
+    let kept = percent(share);
+    Some(format!("Order kept from frame to frame: {kept} % of list entries; {so}.{lacks}"))
 }
 
 /// What the buffers held, where it was measured.

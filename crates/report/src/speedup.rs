@@ -23,12 +23,12 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     // Joules and mm² of other technologies are no gain.
     let has = |gain: Gain| {
         let mut others = 1..all.machines.len();
-        others.any(|m| all.ends(gain, m).is_some())
+        others.any(|m| all.mean(gain, m).is_some())
     };
     let title = format!("Speed-up over {first}");
     if all.machines.len() - 1 > MOST_BARS {
         let gains: Vec<Gain> = Gain::ALL.into_iter().filter(|gain| has(*gain)).collect();
-        let subtitle = format!("{}; bars: geometric means, lines: all traces", subtitle.into());
+        let subtitle = format!("{}; geometric means", subtitle.into());
         let mut chart = Chart::new(NAME, title, subtitle).columns(gains.len());
         for (i, &gain) in gains.iter().enumerate() {
             let mut panel = means(all, gain);
@@ -64,16 +64,16 @@ fn name(gain: Gain) -> &'static str {
     }
 }
 
-/// A bar a machine: its geometric mean, and the traces in which it is least and greatest.
+/// A bar a machine: its geometric mean over the traces.
 fn means(all: &SpeedUp, gain: Gain) -> Panel {
     let machines = 1..all.machines.len();
     let mut highest = 1.0f64;
     let mut bars = Vec::new();
     for m in machines.clone() {
-        let (Some(mean), Some(ends)) = (all.mean(gain, m), all.ends(gain, m)) else { continue };
-        highest = highest.max(ends.1);
-        let bar = Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]).end(format!("{mean:.2}"));
-        bars.push(Bar { interval: Some(ends), ..bar });
+        let Some(mean) = all.mean(gain, m) else { continue };
+        highest = highest.max(mean);
+        let bar = Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]);
+        bars.push(bar.end(format!("{mean:.2}")));
     }
     let names = machines.map(|m| shortened(&all.machines[m].label, 24));
     let x = Axis::new(name(gain), Scale::from_zero(1.15 * highest));

@@ -96,15 +96,6 @@ impl SpeedUp {
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0)
     }
 
-    /// The smallest and the largest gain of machine `m` over the traces.
-    pub fn ends(&self, gain: Gain, m: usize) -> Option<(f64, f64)> {
-        let gains = (0..self.traces.len()).filter_map(|t| self.gain(gain, m, t));
-        gains.fold(None, |ends: Option<(f64, f64)>, gain| {
-            let (low, high) = ends.unwrap_or((gain, gain));
-            Some((low.min(gain), high.max(gain)))
-        })
-    }
-
     /// The geometric mean over all traces; `None` if one is missing.
     pub fn mean(&self, gain: Gain, m: usize) -> Option<f64> {
         let logs: Option<Vec<f64>> =

@@ -15,8 +15,14 @@ use powergs_study::validate::run::MEMORY;
 use powergs_study::validate::{BASELINE, PUBLISHED, Tables, WORKLOADS, Workload};
 use powergs_views::rendered;
 
-/// The word for all workloads of single views.
-const ALL: &str = "all";
+/// A word for several workloads, and which of them are meant.
+type Set = (&'static str, &'static str, fn(&Workload) -> bool);
+
+/// Words for several workloads.
+const SETS: [Set; 2] = [
+    ("standard", "scenes at the size of their captures", |w| w.eyes == 0 && w.name == w.preset),
+    ("all", "all of single views", |w| w.eyes == 0),
+];
 
 /// The machines that are given, and with `--all-machines` the others that come with the program.
 pub fn machines(items: &[PathBuf], all: bool) -> Vec<PathBuf> {
@@ -31,8 +37,8 @@ pub fn names() -> Vec<(String, String)> {
     let tables = Tables::parse(PUBLISHED, WORKLOADS, BASELINE);
     let all = tables.map(|tables| tables.workloads).unwrap_or_default();
     let of = |workload: Workload| (workload.name, workload.why);
-    let every = (ALL.to_owned(), "all of single views".to_owned());
-    [every].into_iter().chain(all.into_iter().map(of)).collect()
+    let sets = SETS.iter().map(|(name, what, _)| ((*name).to_owned(), (*what).to_owned()));
+    sets.chain(all.into_iter().map(of)).collect()
 }
 
 /// The workloads of these names, in the order of their table.
@@ -43,18 +49,18 @@ pub fn chosen(names: &[String]) -> Result<Vec<Workload>, Failure> {
     let tables = Tables::parse(PUBLISHED, WORKLOADS, BASELINE).or_exit(Exit::Internal, "tables")?;
     let known = &tables.workloads;
     for name in names {
-        if name != ALL && !known.iter().any(|workload| workload.name == *name) {
-            let known: Vec<&str> = known.iter().map(|workload| workload.name.as_str()).collect();
-            let what = format!(
-                "--workloads: no workload `{name}`; there are {ALL} (all of single views), {}",
-                known.join(", ")
-            );
+        let is_set = SETS.iter().any(|(set, ..)| set == name);
+        if !is_set && !known.iter().any(|workload| workload.name == *name) {
+            let sets = SETS.iter().map(|(set, what, _)| format!("{set} ({what})"));
+            let known = known.iter().map(|workload| workload.name.clone());
+            let known: Vec<String> = sets.chain(known).collect();
+            let what = format!("--workloads: no workload `{name}`; there are {}", known.join(", "));
             return Err(Failure::new(Exit::Usage, what));
         }
     }
     let is_meant = |workload: &Workload| {
-        let single = workload.eyes == 0 && names.iter().any(|name| name == ALL);
-        single || names.contains(&workload.name)
+        let of_set = |(set, _, has): &Set| names.iter().any(|name| name == set) && has(workload);
+        SETS.iter().any(of_set) || names.contains(&workload.name)
     };
     Ok(tables.workloads.into_iter().filter(is_meant).collect())
 }
@@ -74,9 +80,10 @@ pub fn fitting(systems: Vec<System>, workloads: &[Workload]) -> Result<Vec<Syste
     let mut left = Vec::new();
     for system in systems {
         let refuses = |workload: &&Workload| {
-            let small = Workload { size: (64, 64), ..(*workload).clone() };
-            let preset = small.preset()?;
-            let mut frames = frames(&small, preset, 200);
+            // Of its size, but empty: what a machine holds of a frame is known without splats.
+            let preset = workload.preset()?;
+            let one = Workload { views: 1, ..(*workload).clone() };
+            let mut frames = frames(&one, preset, 200);
             on_each(std::slice::from_ref(&system), 60.0, &mut *frames, None, &()).err()
         };
         match workloads.iter().find_map(|workload| refuses(&workload)) {
@@ -93,6 +100,26 @@ pub fn fitting(systems: Vec<System>, workloads: &[Workload]) -> Result<Vec<Syste
             Err(Failure::new(Exit::Usage, what))
         }
         _ => Ok(left),
+    }
+}
+
+/// Says which machines live from views of a path, and which workloads are none.
+pub fn note_paths(systems: &[System], workloads: &[Workload]) {
+    let keeps = |system: &&System| {
+        let machine = system.machine();
+        machine.flow().takes_over(machine).is_some()
+    };
+    let machines: Vec<&str> =
+        systems.iter().filter(keeps).map(|system| system.machine().name.as_str()).collect();
+    let still = workloads.iter().filter(|workload| workload.path == 0 && workload.eyes == 0);
+    let still: Vec<&str> = still.map(|workload| workload.name.as_str()).collect();
+    if !machines.is_empty() && !still.is_empty() {
+        out::complain(format_args!(
+            "note: {} take over orders of the frame before, and views of {} are no path: compare \
+             them on uhd-path-hd, uhd-path-fhd, uhd-path",
+            machines.join(", "),
+            still.join(", ")
+        ));
     }
 }
 

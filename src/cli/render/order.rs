@@ -152,12 +152,13 @@ impl OrderRender {
         };
         let entries: usize = lists.tiles.iter().map(Vec::len).sum();
         let own = workload.counters.tile_pairs;
+        let missing = lists.taken.map_or(0, |taken| taken.missing);
         self.views.push(OrderedView {
             name: camera.name.clone(),
             psnr_db: like.psnr_db,
             ssim: like.ssim,
             out_of_order: lists.out_of_order as f64 / entries.max(1) as f64,
-            missing: lists.missing as f64 / own.max(1) as f64,
+            missing: missing as f64 / own.max(1) as f64,
         });
         Ok(made)
     }

@@ -199,6 +199,7 @@ impl Then for ReuseSummary {
             gone,
             rank_shift_p99,
             out_of_order,
+            missing,
         } = next;
         let keeping = self.keeping_share * self.old_lists as f64 + keeping_share * old_lists as f64;
         self.old_lists += old_lists;
@@ -209,6 +210,7 @@ impl Then for ReuseSummary {
         // A bound: 99 of 100 entries of both are within the larger of the two.
         self.rank_shift_p99 = self.rank_shift_p99.max(rank_shift_p99);
         self.out_of_order += out_of_order;
+        self.missing += missing;
     }
 }
 

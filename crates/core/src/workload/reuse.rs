@@ -153,6 +153,8 @@ pub struct ReuseSummary {
     pub rank_shift_p99: u32,
     /// Neighbours out of order because an old order was kept.
     pub out_of_order: u64,
+    /// Of the new entries, those that no list has: their splats are not in the picture there.
+    pub missing: u64,
 }
 
 /// A list that keeps more than this share of its entries counts as keeping (`neo`: more than 90 %

@@ -21,8 +21,6 @@ pub struct BlendedLists {
     pub taken: Option<ReuseSummary>,
     /// Neighbours of which the first is farther.
     pub out_of_order: u64,
-    /// Entries of the frame's own lists that are in none of these.
-    pub missing: u64,
 }
 
 /// The lists of a frame of a machine that has seen those in `history`. Sort keys of lists that are
@@ -63,10 +61,7 @@ pub fn blended_lists(
     };
     let out_of_order = |list: &Vec<u32>| list.windows(2).filter(|w| w[0] > w[1]).count() as u64;
     let out_of_order = tiles.par_iter().map(out_of_order).sum();
-    // What an updated list lacks has been sorted in.
-    let lacks = matches!(gsu.implementation, GsuImpl::Last | GsuImpl::Shared);
-    let missing = taken.filter(|_| lacks).map_or(0, |summary| summary.new);
-    BlendedLists { tiles, taken, out_of_order, missing }
+    BlendedLists { tiles, taken, out_of_order }
 }
 
 /// The lists of tiles out of those of their sort groups.

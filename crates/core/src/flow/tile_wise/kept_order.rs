@@ -99,7 +99,8 @@ impl KeptOrder {
         let fetched_points = made.counters.fetched_points;
         made.counters = Counters { fetched_points, ..workload.counters };
         made.storage.clone_from(&workload.storage);
-        let summary = ReuseSummary { out_of_order, ..update(table, workload).0.summary };
+        let summary = update(table, workload).0.summary;
+        let summary = ReuseSummary { out_of_order, missing: summary.new, ..summary };
         let read = KeptOrder::lengths(table, workload);
         KeptOrder {
             made: Some(Box::new(made)),

@@ -98,6 +98,9 @@ pub(super) fn reuse(list: &mut List) {
     count(list, "reuse.gone", "1", text, move |f| of(f, |r| r.gone));
     let text = "Neighbours out of order because an old order was kept.";
     count(list, "reuse.out_of_order", "1", text, move |f| of(f, |r| r.out_of_order));
+    let text =
+        "List entries of the frame that the lists of before, taken as they are, do not have.";
+    count(list, "reuse.missing", "1", text, move |f| of(f, |r| r.missing));
     let text = "Share of the list entries whose place was taken over, 0 to 1.";
     real(list, "reuse.kept_frac", "1", text, |f, _| {
         let r = reused(f)?;
