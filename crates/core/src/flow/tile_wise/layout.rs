@@ -3,11 +3,12 @@
 //! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
 //! "everything"`), bounds of clusters where there are any, projected splats in the order of the
-//! CCUs, tile lists back to back, features in storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
-//! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
-//! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
-//! order. Where the CCUs write the feature records there is no region of projected splats. Where
-//! lists are made with pointers (A90), the pointers have a region behind the lists.
+//! CCUs, tile lists back to back, features in storage order at `record.feature-pitch`, keys that
+//! do not fit the sorting buffers (one MiB a core), and the image, tile by tile. Foveated frames
+//! have two more in front of the keys: the colours of levels 2 to 4, three records a Gaussian, and
+//! the features of second levels in storage order. Where the CCUs write the feature records there
+//! is no region of projected splats. Where lists are made with pointers (A90), the pointers have a
+//! region behind the lists.
 
 use crate::kernel;
 use std::ops::Range;
