@@ -86,10 +86,12 @@ fn works(machine: &Machine) -> Arc<Vec<Box<dyn Work>>> {
     cached(&ALL, key.clone(), || frames().iter().map(|f| flow.prepare(f, &key)).collect())
 }
 
+/// What decides what a machine takes over.
+type Kept = (WorkKey, Option<Vec<u32>>);
+
 /// What a machine takes over into each frame.
 fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
-    static ALL: Shared<(WorkKey, Option<Vec<u32>>), Vec<Option<Handed>>> =
-        LazyLock::new(Default::default);
+    static ALL: Shared<Kept, Vec<Option<Handed>>> = LazyLock::new(Default::default);
     let flow = machine.flow();
     cached(&ALL, (flow.work_key(machine), flow.takes_over(machine)), || {
         let mut history = History::default();
