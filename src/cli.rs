@@ -64,7 +64,7 @@ pub use failure::{Exit, Failure, OrExit};
 
 /// Simulates 3D Gaussian Splatting accelerators: frame rate, stalls, energy, power.
 #[derive(Debug, Parser)]
-#[command(name = "powergs-sim", version, max_term_width = 80)]
+#[command(name = "powergs-sim", version, long_version = invocation::built(), max_term_width = 80)]
 pub struct Cli {
     /// Flags that every command takes.
     #[command(flatten)]

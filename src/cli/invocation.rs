@@ -3,6 +3,8 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use powergs_core::sim::MODEL_VERSION;
+use powergs_frame::trace::VERSION;
 use toml::Table;
 
 /// When a command began.
@@ -27,9 +29,22 @@ impl Started {
         let wall = self.0.elapsed().unwrap_or_default();
         table.insert("wall-s".into(), ((wall.as_secs_f64() * 1e3).round() / 1e3).into());
         table.insert("tool-version".into(), env!("CARGO_PKG_VERSION").into());
+        table.insert("commit".into(), COMMIT.into());
         table.insert("platform".into(), platform().into());
         table.to_string()
     }
+}
+
+/// The commit that the program was built from, or `unknown`.
+const COMMIT: &str = env!("POWERGS_COMMIT");
+
+/// What `--version` says behind the name: versions of the program, of the models and of the traces
+/// that it writes, and the commit.
+pub fn built() -> String {
+    let (major, minor) = VERSION;
+    let version = env!("CARGO_PKG_VERSION");
+    let models = format!("models    version {MODEL_VERSION}");
+    format!("{version}\n{models}\ntraces    version {major}.{minor}\ncommit    {COMMIT}")
 }
 
 fn platform() -> String {

@@ -108,3 +108,19 @@ fn a_trace_behind_a_sweep_is_no_subcommand() {
     assert_eq!(run.status.code(), Some(2));
     assert!(text.contains("traces are given with --traces traces/demo.bin"), "{text}");
 }
+
+/// Bug reports and papers say what was run.
+#[test]
+fn the_version_says_models_traces_and_commit() {
+    let output = Command::new(env!("CARGO_BIN_EXE_powergs-sim")).arg("--version").assert().code(0);
+    let said = String::from_utf8(output.get_output().stdout.clone()).expect("UTF-8");
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines[0], concat!("powergs-sim ", env!("CARGO_PKG_VERSION")));
+    let models = format!("models    version {}", powergs_sim::sim::MODEL_VERSION);
+    assert_eq!(lines[1], models);
+    assert!(lines[2].starts_with("traces    version "), "{said}");
+    let commit = lines[3].strip_prefix("commit    ").expect("the last line");
+    assert!(commit == "unknown" || commit.len() == 12, "{said}");
+    let short = Command::new(env!("CARGO_BIN_EXE_powergs-sim")).arg("-V").assert().code(0);
+    short.stdout(predicates::str::contains("commit").not());
+}
