@@ -112,9 +112,7 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         reads("features", "what a chunk names", &["results"], ["shades", "records"]).scattered(),
         writes("pixels", "finished pixels of a region", ["slices-out", "results"]),
     ],
-    parts: &[part("lanes", "LaneMap: a pixel each.", |m| {
-        f64::from(m.of_type::<RasterSpec>().lanes)
-    })],
+    parts: &[part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes))],
     waits: &[
         WaitDecl {
             name: "tail",
@@ -186,7 +184,7 @@ pub const TAIL_DECL: StageDecl = StageDecl {
         true => m.of_type::<StoreSpecs>().tail.shared(m.of_type::<RasterSpec>().engines),
         false => Memory::default(),
     })],
-    parts: &[part("lanes", "LaneMap: a pixel each.", |m| f64::from(m.of_type::<TailSpec>().lanes))],
+    parts: &[part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<TailSpec>().lanes))],
     also_waits: &["features"],
     after: Some("raster"),
     input: "regions from the raster engines",
@@ -219,7 +217,7 @@ pub const COMPOSE_DECL: StageDecl = StageDecl {
         writes("slices-out", "pixels of a depth slice", ["pixels", "results"]),
         reads("slices-in", "the same", &["slices-out"], ["lists", "entries"]),
     ],
-    parts: &[part("lanes", "LaneMap: a pixel each.", |m| {
+    parts: &[part("lanes", "Lanes: a pixel each.", |m| {
         f64::from(m.of_type::<ComposeSpec>().lanes)
     })],
     waits: &[WaitDecl {

@@ -59,7 +59,7 @@ pub enum Key {
     Stalled(StageId, Stall),
     /// Cycles without work, summed over the units of a kind.
     Idle(StageId),
-    /// LaneMap at work while the units of a kind work, 0 to 1, where they have lanes.
+    /// Lanes at work while the units of a kind work, 0 to 1, where they have lanes.
     LaneUtilisation(StageId),
     /// Share of the frame in which the data bus of the DRAM moved data, 0 to 1.
     DramBusy,

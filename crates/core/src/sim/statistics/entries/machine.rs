@@ -50,7 +50,7 @@ pub(super) fn units(list: &mut List) {
         });
         if stage(kind).has_lanes {
             let text = format!(
-                "LaneMap that do something useful while their core works: \
+                "Lanes that do something useful while their core works: \
                  `counters.live_evaluations` over `{}`, one lane a unit. What is missing to 1: \
                  pixels that have stopped, sub-tiles too small for the core, fill and drain.",
                 path("busy_cycles")
