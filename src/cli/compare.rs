@@ -35,7 +35,7 @@ Examples:
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
   powergs-sim compare gscore mine.toml --workloads lego,train,garden
-  powergs-sim compare gscore --all-machines --workloads standard --across-nodes
+  powergs-sim compare gscore --all-machines --workloads standard
 
 The first machine (or report) is what the others are compared with.";
 
@@ -261,13 +261,13 @@ fn on_workloads(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<
     }
     let chosen = workloads::chosen(&args.workloads)?;
     let machines = workloads::machines(&args.items, args.all_machines);
-    if machines.len() < 2 {
-        let what = "one machine only: name two, or add --all-machines";
-        return Err(Failure::new(Exit::Usage, what));
-    }
     let mut systems = loaded(args, &machines)?;
     if args.all_machines {
-        systems = workloads::fitting(systems, &chosen)?;
+        systems = workloads::fitting(systems, &chosen, args.items.len())?;
+    }
+    if systems.len() < 2 {
+        let what = "one machine only that these workloads are for: name two, or add --all-machines";
+        return Err(Failure::new(Exit::Usage, what));
     }
     if !context.global.quiet {
         workloads::note_paths(&systems, &chosen);

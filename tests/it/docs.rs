@@ -184,3 +184,10 @@ fn mistakes_are_found() {
         assert!(!mistakes(bad).is_empty(), "{bad}");
     }
 }
+
+#[test]
+fn the_citation_is_of_this_version() {
+    let citation = fs::read_to_string(root().join("CITATION.cff")).expect("it");
+    let version = concat!("\nversion: ", env!("CARGO_PKG_VERSION"), "\n");
+    assert!(citation.contains(version), "CITATION.cff: not{version}");
+}

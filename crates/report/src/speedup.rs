@@ -20,14 +20,9 @@ const MEAN: &str = "geomean";
 /// The chart: a bar a trace and machine, or with many machines their means alone.
 pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     let first = &all.machines[0].label;
-    // Joules and mm² of other technologies are no gain.
-    let has = |gain: Gain| {
-        let mut others = 1..all.machines.len();
-        others.any(|m| all.mean(gain, m).is_some())
-    };
     let title = format!("Speed-up over {first}");
     if all.machines.len() - 1 > MOST_BARS {
-        let gains: Vec<Gain> = Gain::ALL.into_iter().filter(|gain| has(*gain)).collect();
+        let gains = gains(all);
         let subtitle = format!("{}; geometric means", subtitle.into());
         let mut chart = Chart::new(NAME, title, subtitle).columns(gains.len());
         for (i, &gain) in gains.iter().enumerate() {
@@ -43,7 +38,7 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     let entries = machines.map(|m| Entry::fill(all.machines[m].label.as_str(), COLOURS[m - 1]));
     let left = panel(all, Gain::Speed, &format!("speed-up over {first} (frame rate)"));
     let chart = Chart::new(NAME, title, subtitle).legend(entries);
-    if !has(Gain::Energy) {
+    if !gains(all).contains(&Gain::Energy) {
         return chart.panel(left);
     }
     let mut right =
@@ -55,11 +50,17 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
 /// Machines beside the first of which every trace has a bar.
 const MOST_BARS: usize = 5;
 
+/// The gains that another machine than the first has: joules and mm² of other technologies are none.
+fn gains(all: &SpeedUp) -> Vec<Gain> {
+    let has = |gain: &Gain| (1..all.machines.len()).any(|m| all.mean(*gain, m).is_some());
+    Gain::ALL.into_iter().filter(|gain| *gain == Gain::Speed || has(gain)).collect()
+}
+
 /// What a gain is called.
 fn name(gain: Gain) -> &'static str {
     match gain {
         Gain::Speed => "speed-up",
-        Gain::Area => "speed-up per mm²",
+        Gain::Area => "speed-up per mm² of core",
         Gain::Energy => "energy gain",
     }
 }
@@ -112,21 +113,15 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
 pub fn table(all: &SpeedUp) -> Table {
     let first = &all.machines[0].label;
     let machines = all.machines.len();
-    // Across nodes there is no gain but that of the first over itself.
-    let has_gain = (1..machines).any(|m| all.mean(Gain::Energy, m).is_some());
-    let has_area = (1..machines).any(|m| all.mean(Gain::Area, m).is_some());
+    let gains = gains(all);
     let mut columns = vec![
         Column::text("trace"),
         Column::text("machine"),
         Column::fixed("FPS", 1),
         Column::fixed("mJ per frame", 3),
-        Column::fixed(format!("speed-up over {first}"), 3),
     ];
-    let more = [(has_area, Gain::Area), (has_gain, Gain::Energy)];
-    let more = more.into_iter().filter(|(has, _)| *has).map(|(_, gain)| gain);
-    let gains: Vec<Gain> = [Gain::Speed].into_iter().chain(more).collect();
-    let further = gains[1..].iter();
-    columns.extend(further.map(|gain| Column::fixed(format!("{} over {first}", name(*gain)), 3)));
+    let column = |gain: &Gain| Column::fixed(format!("{} over {first}", name(*gain)), 3);
+    columns.extend(gains.iter().map(column));
     let row = |t: usize, m: usize| -> Vec<Cell> {
         let machine = &all.machines[m];
         let speed = machine.speeds[t];

@@ -161,7 +161,13 @@ pub fn on_each(
         }
         .facts(frames)
     };
-    let facts: Vec<Facts> = systems.iter().map(facts).collect::<Result<_, _>>()?;
+    let mut facts: Vec<Facts> = systems.iter().map(facts).collect::<Result<_, _>>()?;
+    if let Some(counted) = counted {
+        // Those before are not asked for.
+        facts
+            .iter_mut()
+            .for_each(|facts| facts.trace.frames = counted.len() / facts.trace.shown.eyes);
+    }
     let subject = |system| {
         let subject = Subject::of(system).checking_order();
         match counted {

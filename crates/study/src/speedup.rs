@@ -73,7 +73,7 @@ impl SpeedUp {
                 let (fps, mj): (Option<f64>, Option<f64>) =
                     (value(Measure::Throughput), value(Measure::Energy));
                 let area: Option<f64> = value(Measure::AreaCore);
-                let fps_per_mm2 = area.map(|mm2| fps.unwrap_or(0.0) / mm2);
+                let fps_per_mm2 = fps.zip(area).map(|(fps, mm2)| fps / mm2);
                 Some(Speed { fps: fps?, energy_j: mj? * 1e-3, fps_per_mm2 })
             };
             let is_comparable = all.iter().all(|c| c.row(Measure::Energy).is_comparable[i]);

@@ -72,21 +72,25 @@ fn frames(workload: &Workload, preset: &Preset, points: usize) -> Box<dyn Frames
 }
 
 /// Leaves out machines that one of the workloads is not for, such as those of pairs of views, and
-/// says so.
+/// says so; the first `named` were asked for by name.
 ///
 /// # Errors
-/// Exit code 2: less than two machines are left.
-pub fn fitting(systems: Vec<System>, workloads: &[Workload]) -> Result<Vec<System>, Failure> {
+/// Exit code 2: a machine that was asked for cannot run a workload.
+pub fn fitting(
+    systems: Vec<System>,
+    workloads: &[Workload],
+    named: usize,
+) -> Result<Vec<System>, Failure> {
     let mut left = Vec::new();
-    for system in systems {
-        let refuses = |workload: &&Workload| {
+    for (i, system) in systems.into_iter().enumerate() {
+        let refuses = |workload: &Workload| {
             // Of its size, but empty: what a machine holds of a frame is known without splats.
             let preset = workload.preset()?;
-            let one = Workload { views: 1, ..(*workload).clone() };
-            let mut frames = frames(&one, preset, 200);
+            let mut frames = frames(&Workload { views: 1, ..workload.clone() }, preset, 200);
             on_each(std::slice::from_ref(&system), 60.0, &mut *frames, None, &()).err()
         };
-        match workloads.iter().find_map(|workload| refuses(&workload)) {
+        match workloads.iter().find_map(refuses) {
+            Some(why) if i < named => return Err(why.into()),
             Some(why) => {
                 let name = &system.machine().name;
                 out::complain(format_args!("note: {name} is left out: {why}"));
@@ -94,13 +98,7 @@ pub fn fitting(systems: Vec<System>, workloads: &[Workload]) -> Result<Vec<Syste
             None => left.push(system),
         }
     }
-    match left.len() {
-        0 | 1 => {
-            let what = "--all-machines: these workloads are for less than two machines";
-            Err(Failure::new(Exit::Usage, what))
-        }
-        _ => Ok(left),
-    }
+    Ok(left)
 }
 
 /// Says which machines live from views of a path, and which workloads are none.

@@ -153,6 +153,12 @@ fn standard_workloads_stand_in_for_traces() {
     let json: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
     let trace = |side: usize| json["sides"][side]["trace"].as_str();
     assert_eq!([trace(0), trace(1)], [Some("train"), Some("train")], "{json}");
+    // The frame before a path is remembered, and not asked for.
+    let words = ["gscore", "neo", "--workloads", "uhd-path-hd", "--json", "--force"];
+    let done = program(&words).args(flat).assert().success();
+    let json: serde_json::Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+    assert_eq!(json["sides"][1]["frames"], 2, "{json}");
+    assert_eq!(json["sides"][1]["incomplete"], false, "{json}");
     for (arguments, words) in [
         (&["gscore", "edge", "--workloads", "moon"][..], "no workload `moon`"),
         (&["gscore", "--workloads", "train"][..], "one machine only"),

@@ -368,20 +368,28 @@ fn run(
     workload: &FrameWorkload,
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
-    let FrameTask { machine, memo, .. } = *task;
     if let Some(pair) = task.before.and_then(|before| before.downcast_ref::<EyeWork>()) {
         return pair_frame(task, workload, pair, observer);
     }
     if let Some(kept) = task.before.and_then(|before| before.downcast_ref::<KeptOrder>()) {
         return kept_frame(task, workload, kept, observer);
     }
-    let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
-    let context = FrameContext {
-        hits: cache.as_ref().map(|cache| cache.hits.as_slice()),
-        reuse: reuse.map(|reuse| reuse.lists.as_slice()),
-        ..FrameContext::default()
-    };
+    let reuse = reuse.map(|reuse| reuse.lists.as_slice());
+    run_in(task, workload, FrameContext { reuse, ..FrameContext::default() }, observer)
+}
+
+/// Takes a frame through a machine in a context, with its cache.
+fn run_in(
+    task: &FrameTask<'_>,
+    workload: &FrameWorkload,
+    context: FrameContext<'_>,
+    observer: &mut impl Observer,
+) -> Result<FlowOutcome, SimError> {
+    let FrameTask { machine, memo, .. } = *task;
+    let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
+    let hits = cache.as_ref().map(|cache| cache.hits.as_slice());
+    let context = FrameContext { hits, ..context };
     let replay = replay_with(workload, machine, context, memo, observer);
     let mut outcome = outcome_of(task, workload, replay, context)?;
     outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
@@ -401,19 +409,9 @@ fn kept_frame(
         Some(made) => (&**made, &own),
         None => (workload, task.memo),
     };
-    let task = &FrameTask { memo, ..*task };
-    let cache = CacheKey::of(task.machine).map(|key| memo.get(key, |key| key.replay(workload)));
-    let context = FrameContext {
-        hits: cache.as_ref().map(|cache| cache.hits.as_slice()),
-        table: Some(&kept.lists),
-        ..FrameContext::default()
-    };
-    let replay = replay_with(workload, task.machine, context, memo, observer);
-    let mut outcome = outcome_of(task, workload, replay, context)?;
-    outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
-    if let Some(summary) = kept.summary {
-        outcome.lists = Some(ListOrder::Reused(summary));
-    }
+    let context = FrameContext { table: Some(&kept.lists), ..FrameContext::default() };
+    let mut outcome = run_in(&FrameTask { memo, ..*task }, workload, context, observer)?;
+    outcome.lists = kept.summary.map(ListOrder::Reused);
     Ok(outcome)
 }
 

@@ -322,7 +322,7 @@ impl Ccu {
     /// The largest batch of a pass, as far as it is known before anything of it is read.
     pub fn largest(&self, pass: Pass) -> Batch {
         let records = u64::from(self.batch);
-        let bounds = self.spec.cluster.0.min(u64::from(self.spec.clusters) * self.spec.cluster.0);
+        let bounds = if self.spec.clusters > 0 { self.spec.cluster.0 } else { 0 };
         let records = records.max(bounds.div_ceil(self.reads[0].max(1)));
         let splats = if pass == Pass::Scatter { records } else { 0 };
         Batch { records, splats, pass, ..Batch::default() }

@@ -53,7 +53,7 @@ impl KeptOrder {
                 let sorted = workload.tiles.iter().map(|tile| tile.entries).collect();
                 Some(match before {
                     None => KeptOrder::own(sorted),
-                    Some(table) => KeptOrder::through(&table, workload, sorted),
+                    Some(table) => KeptOrder::through(&table, workload, Some(sorted)),
                 })
             }
             GsuImpl::Shared => {
@@ -61,15 +61,11 @@ impl KeptOrder {
                 let (mut kept, table) = match before {
                     Some(table) => {
                         let none = vec![0; workload.tiles.len()];
-                        (KeptOrder::through(&table, workload, none), table.older())
+                        (KeptOrder::through(&table, workload, Some(none)), table.older())
                     }
                     None => {
                         let table = SortedLists::widened(workload, gsu.margin);
-                        let sorted = KeptOrder::lengths(&table, workload);
-                        let mut kept = KeptOrder::through(&table, workload, sorted);
-                        kept.lists.read.fill(0);
-                        kept.summary = None;
-                        (kept, table)
+                        (KeptOrder::through(&table, workload, None), table)
                     }
                 };
                 if let Some(made) = &mut kept.made {
@@ -88,24 +84,28 @@ impl KeptOrder {
         KeptOrder { made: None, lists: TableUse { read, sorted }, summary: None }
     }
 
-    fn lengths(table: &SortedLists, workload: &FrameWorkload) -> Vec<u32> {
-        (0..workload.tiles.len() as u32).map(|tile| table.list(tile).len() as u32).collect()
-    }
-
-    /// A frame that goes through a table.
-    fn through(table: &SortedLists, workload: &FrameWorkload, sorted: Vec<u32>) -> KeptOrder {
+    /// A frame that goes through a table: one of before, beside which so much is sorted in each tile,
+    /// or with `None` one that it makes itself.
+    fn through(
+        table: &SortedLists,
+        workload: &FrameWorkload,
+        sorted: Option<Vec<u32>>,
+    ) -> KeptOrder {
         let (lists, out_of_order) = tile_lists(table, workload);
         let mut made = workload.with_lists(lists);
         let fetched_points = made.counters.fetched_points;
         made.counters = Counters { fetched_points, ..workload.counters };
         made.storage.clone_from(&workload.storage);
-        let summary = update(table, workload).0.summary;
-        let summary = ReuseSummary { out_of_order, missing: summary.new, ..summary };
-        let read = KeptOrder::lengths(table, workload);
-        KeptOrder {
-            made: Some(Box::new(made)),
-            lists: TableUse { read, sorted },
-            summary: Some(summary),
+        let made = Some(Box::new(made));
+        let tiles = 0..workload.tiles.len() as u32;
+        let all: Vec<u32> = tiles.map(|tile| table.list(tile).len() as u32).collect();
+        match sorted {
+            None => KeptOrder { made, ..KeptOrder::own(all) },
+            Some(sorted) => {
+                let own = update(table, workload).0.summary;
+                let summary = Some(ReuseSummary { out_of_order, missing: own.new, ..own });
+                KeptOrder { made, lists: TableUse { read: all, sorted }, summary }
+            }
         }
     }
 }

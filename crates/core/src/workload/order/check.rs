@@ -85,14 +85,8 @@ impl SortCheck {
 
 /// Sorts the lists of `workload` (of its sort groups where it has any) with `sorter`.
 pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
-    let keys: Vec<u32> = workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect();
-    let new = || OrderBench {
-        workload,
-        sorter,
-        keys: &keys,
-        list: OrderList::default(),
-        spare: Vec::new(),
-    };
+    let keys = keys(workload, sorter);
+    let new = || OrderBench::new(workload, sorter, &keys);
     if workload.groups.is_empty() {
         let lists = workload.tiles.par_iter();
         let each = |bench: &mut OrderBench, tile| {
@@ -113,14 +107,8 @@ pub fn check(workload: &FrameWorkload, sorter: Sorter) -> SortCheck {
 /// `merged`, in place of parts that pivots make. One list per tile, or per sort group where there
 /// are any.
 pub fn sorted_lists(workload: &FrameWorkload, sorter: Sorter, merged: bool) -> Vec<Vec<u32>> {
-    let keys: Vec<u32> = workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect();
-    let new = || OrderBench {
-        workload,
-        sorter,
-        keys: &keys,
-        list: OrderList::default(),
-        spare: Vec::new(),
-    };
+    let keys = keys(workload, sorter);
+    let new = || OrderBench::new(workload, sorter, &keys);
     let chunk = if merged { usize::MAX } else { workload.geometry.chunk as usize };
     let groups = (0..workload.groups_x() * workload.groups_y()).into_par_iter();
     let sort = |bench: &mut OrderBench, group| {
@@ -157,7 +145,16 @@ struct OrderList {
     arrived: Vec<(u32, u32)>,
 }
 
-impl OrderBench<'_> {
+/// The key of every splat, by rank.
+fn keys(workload: &FrameWorkload, sorter: Sorter) -> Vec<u32> {
+    workload.depth.par_iter().map(|&depth| sorter.key.of(depth)).collect()
+}
+
+impl<'a> OrderBench<'a> {
+    fn new(workload: &'a FrameWorkload, sorter: Sorter, keys: &'a [u32]) -> OrderBench<'a> {
+        OrderBench { workload, sorter, keys, list: OrderList::default(), spare: Vec::new() }
+    }
+
     /// Sorts a list: the first `needed` positions that leave the sorter.
     fn leave(&mut self, ranks: &[u32], chunk: usize, needed: usize) {
         let list = &mut self.list;
