@@ -50,7 +50,8 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
 /// Machines beside the first of which every trace has a bar.
 const MOST_BARS: usize = 5;
 
-/// The gains that another machine than the first has: joules and mm² of other technologies are none.
+/// The gains that another machine than the first has: joules and mm² of other technologies are
+/// none.
 fn gains(all: &SpeedUp) -> Vec<Gain> {
     let has = |gain: &Gain| (1..all.machines.len()).any(|m| all.mean(*gain, m).is_some());
     Gain::ALL.into_iter().filter(|gain| *gain == Gain::Speed || has(gain)).collect()

@@ -84,8 +84,8 @@ impl KeptOrder {
         KeptOrder { made: None, lists: TableUse { read, sorted }, summary: None }
     }
 
-    /// A frame that goes through a table: one of before, beside which so much is sorted in each tile,
-    /// or with `None` one that it makes itself.
+    /// A frame that goes through a table: one of before, beside which so much is sorted in each
+    /// tile, or with `None` one that it makes itself.
     fn through(
         table: &SortedLists,
         workload: &FrameWorkload,
