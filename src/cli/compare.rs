@@ -19,7 +19,6 @@ use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Watts;
-use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{System, SystemSpec, TraceFile};
 use powergs_report::{Drawing, compare, speedup};
 use powergs_study::findings::compare::{Comparison, Side};
@@ -283,7 +282,7 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
             energy: None,
             display: Some(DEFAULT_DISPLAY.to_owned()),
         };
-        System::load(&spec, &DiskFiles)
+        inputs::loaded(&spec)
     };
     Ok(machines.iter().map(load).collect::<Result<_, _>>()?)
 }

@@ -92,6 +92,30 @@ pub struct ParetoArgs {
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
+    /// Of `sweep`: refused with the way to it.
+    #[arg(long, hide = true, value_name = "RATE")]
+    pub fps: Option<String>,
+    /// Of `sweep`: refused with the way to it.
+    #[arg(long, hide = true, value_name = "DISPLAY")]
+    pub display: Option<String>,
+}
+
+impl ParetoArgs {
+    /// Powers and missed frames of a sweep are those at its display; results keep means over the
+    /// frames, from which those at another rate do not follow.
+    fn other_display(&self, facts: &SweepFacts) -> Result<(), Failure> {
+        let [fps, display] = [("--fps", &self.fps), ("--display", &self.display)]
+            .map(|(flag, value)| value.as_ref().map(|value| format!("{flag} {value}")));
+        let Some(asked) = fps.into_iter().chain(display).reduce(|a, b| format!("{a} {b}")) else {
+            return Ok(());
+        };
+        let file = facts.sweeps.first().map_or("SWEEP", String::as_str);
+        let what = format!(
+            "{asked}: the results hold powers and missed frames at the display of the sweep; run \
+             it for another one: powergs-sim sweep {file} {asked} --out DIR"
+        );
+        Err(Failure::new(Exit::Usage, what))
+    }
 }
 
 /// A share, as it is or in percent.
@@ -262,6 +286,7 @@ fn answer(
 ) -> Result<Option<Answer>, Failure> {
     args.csv.iter().try_for_each(|path| args.overwrite.check(path))?;
     let sweep = FinishedSweep::open(&args.folder)?;
+    args.other_display(&sweep.facts)?;
     let question = question::question(args, &sweep.facts)?;
     let table = sweep.table(&question)?;
     let analysis = Analysis::of(&table, &question).map_err(|error| failure(&args.folder, error))?;

@@ -15,7 +15,6 @@ use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::run::{Frames, PaperModel, Session, System, SystemSpec, TraceFile};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
-use powergs_energy::accelergy;
 use powergs_report as report;
 use powergs_study::findings::what_if::Advice;
 use powergs_study::replay::Replay;
@@ -166,11 +165,7 @@ fn model(args: &ReplayArgs) -> Result<Model, Failure> {
         }
         let (machine, energy) = (args.arch.clone(), args.machine.energy.clone());
         let spec = SystemSpec { machine, sets, energy, display };
-        let system = System::load(&spec, &DiskFiles)?;
-        if let Some(doubt) = accelergy::doubt(system.energy_table()) {
-            out::complain(format_args!("warning: {doubt}"));
-        }
-        return Ok(Model::Cycle(Box::new(system)));
+        return Ok(Model::Cycle(Box::new(inputs::loaded(&spec)?)));
     }
     let machine_only = args.dram_model.is_some() || args.timeline.is_some();
     if !args.machine.changes.sets.is_empty() || machine_only || args.machine.energy.is_some() {

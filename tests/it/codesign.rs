@@ -305,7 +305,7 @@ fn a_pair_of_eyes_takes_both_displays_and_one_deadline() {
     let pairs = [&shown[..], &["--power-stereo", "0.01", "--force"]].concat();
     assert_eq!(run(folder.path(), &pairs).unwrap(), Exit::Done);
     let both = summary();
-    assert!(both.contains("over 4 other pairs of 2 x 80x60"), "{both}");
+    assert!(both.contains("over 4 pairs of 2 x 80x60"), "{both}");
     // Eyes so near to each other see the same.
     let ratio = dense(&both) / dense(&alone);
     assert!((ratio - 2.0).abs() < 0.02, "{ratio}");

@@ -9,6 +9,7 @@ mod font;
 pub mod labels;
 mod legend;
 mod marks;
+mod names;
 mod page;
 mod panel;
 pub(crate) mod pdf;

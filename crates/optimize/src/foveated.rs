@@ -15,7 +15,8 @@ use super::plan::{Plan, PlanLine};
 use super::role::Baseline;
 use super::setup::Setup;
 use powergs_base::picture::Picture;
-use powergs_core::sim::SimError;
+use powergs_core::run::frames::eyes;
+use powergs_core::sim::{FrameReport, SimError};
 use powergs_energy::Component;
 use powergs_energy::action::Phase;
 use powergs_frame::display::d22::{Filter, Gaze};
@@ -117,19 +118,25 @@ pub(crate) fn looking(screen: Screen, i: usize) -> ScreenGaze {
 
 /// Levels that some view shows, from 1.
 pub(crate) fn levels_shown(screen: Screen, views: &[Camera]) -> u8 {
-    let of_view = |(i, camera): (usize, &Camera)| {
+    let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
         let (width, height) = (camera.width, camera.height);
-        let sight = looking(screen, i).eccentricity_map([width, height]).ok()?;
+        let sight = looking.eccentricity_map([width, height]).ok()?;
         let tiles = TileLevels::new(&sight, TileGrid::new(width, height, 16)).tiles;
         tiles.iter().map(|t| t.first + u8::from(t.blends)).max()
     };
-    1 + views.iter().enumerate().filter_map(of_view).max().unwrap_or(0)
+    1 + views.iter().zip(gazes(screen, views)).filter_map(of_view).max().unwrap_or(0)
+}
+
+/// Where somebody looks in each view. Both eyes of a pair look at the same point of their images,
+/// that of an object far away.
+fn gazes(screen: Screen, views: &[Camera]) -> Vec<ScreenGaze> {
+    let eyes = eyes(views);
+    (0..views.len()).map(|i| looking(screen, i / eyes)).collect()
 }
 
 /// The regions that no view shows: images that are too small for all four.
 pub(crate) fn missing_regions(screen: Screen, views: &[Camera]) -> Vec<&'static str> {
-    let gazes: Vec<ScreenGaze> = (0..views.len()).map(|i| looking(screen, i)).collect();
-    let missing = powergs_scene::gaze::missing_regions(views, &gazes);
+    let missing = powergs_scene::gaze::missing_regions(views, &gazes(screen, views));
     missing.into_iter().map(|region| REGIONS[usize::from(region)]).collect()
 }
 
@@ -233,7 +240,7 @@ pub enum FovealError {
     Gaze(#[from] GazeError),
 }
 
-/// One frame.
+/// One frame of the display, of a pair both eyes.
 struct Shown {
     parts: OracleParts,
     display_w: f64,
@@ -260,11 +267,11 @@ impl Viewer<'_> {
         let is_filtered = levels.method == Method::RtgsD22;
         let views = self.setup.power_views;
         let shown = views
-            .par_iter()
+            .par_chunks(eyes(views))
             .enumerate()
-            .map(|(i, camera)| self.show(model, camera, &self.looking(i), is_filtered))
+            .map(|(i, eyes)| self.show(model, eyes, &self.looking(i), is_filtered))
             .collect::<Result<Vec<Shown>, FovealError>>()?;
-        let n = views.len().max(1) as f64;
+        let n = shown.len().max(1) as f64;
         let frames: Vec<(OracleParts, f64)> =
             shown.iter().map(|s| (s.parts, s.display_w)).collect();
         let mut watts = OracleWatts::mean(&frames);
@@ -299,49 +306,54 @@ impl Viewer<'_> {
             let report = self.clock.report(shot, camera, background)?;
             Ok(report.frame_time_s().unwrap_or(f64::NAN))
         };
-        let seconds: Vec<f64> =
-            setup.power_views.par_iter().map(of_view).collect::<Result<_, _>>()?;
-        Ok(seconds.len() as f64 / seconds.iter().sum::<f64>())
+        let views = setup.power_views;
+        let seconds: Vec<f64> = views.par_iter().map(of_view).collect::<Result<_, _>>()?;
+        Ok((views.len() / eyes(views)) as f64 / seconds.iter().sum::<f64>())
     }
 
     fn show(
         &self,
         model: &Foveated,
-        camera: &Camera,
+        eyes: &[Camera],
         looking: &ScreenGaze,
         is_filtered: bool,
     ) -> Result<Shown, FovealError> {
         let setup = self.setup;
         let background = setup.background;
         let options = Options { background, ..Options::reference(Detail::Counters) };
-        let frame = render_foveated(model, camera, looking, &options)?;
-        let linear = if is_filtered {
-            self.filtered(&frame.picture, looking)?.mean_linear_rgb()
-        } else {
-            frame.picture.mean_linear_rgb()
-        };
-        let display_w = setup.display.power(linear).0;
         // The machine that gives the time gives the power too, unless another oracle does.
-        let paid = match setup.oracle.id() == self.clock.id() {
-            true => None,
-            false => {
-                let frame = RenderedFrame::Foveated(frame.clone());
-                Some(setup.oracle.frame(frame, camera, background)?)
+        let is_paid_elsewhere = setup.oracle.id() != self.clock.id();
+        let mut display_w = 0.0;
+        let mut filter_s = 0.0;
+        let mut elsewhere = Vec::new();
+        let mut reports = Vec::new();
+        for camera in eyes {
+            let frame = render_foveated(model, camera, looking, &options)?;
+            let linear = if is_filtered {
+                let cycles = self.filtered_pixels(camera, looking)? * self.cost.flops
+                    / self.cost.flops_per_cycle;
+                filter_s += cycles / self.clock.system.machine().clock.0;
+                self.filtered(&frame.picture, looking)?.mean_linear_rgb()
+            } else {
+                frame.picture.mean_linear_rgb()
+            };
+            display_w += setup.display.power(linear).0;
+            if is_paid_elsewhere {
+                elsewhere.push((RenderedFrame::Foveated(frame.clone()), camera));
             }
-        };
-        let report = self.clock.report(RenderedFrame::Foveated(frame), camera, background)?;
-        let parts = paid.unwrap_or_else(|| self.clock.parts(&report));
-        let mut seconds = report.frame_time_s().unwrap_or(f64::NAN);
-        if is_filtered {
-            let pixels = self.filtered_pixels(camera, looking)?;
-            let cycles = pixels * self.cost.flops / self.cost.flops_per_cycle;
-            seconds += cycles / self.clock.system.machine().clock.0;
+            reports.push(self.clock.report(RenderedFrame::Foveated(frame), camera, background)?);
         }
+        let report = reports.into_iter().reduce(FrameReport::with_right);
+        let report = report.expect("a frame has an eye");
+        let parts = match is_paid_elsewhere {
+            true => setup.oracle.views(elsewhere, background)?,
+            false => self.clock.parts(&report),
+        };
         let regions = report.regions().copied().unwrap_or_default();
         Ok(Shown {
             parts,
             display_w,
-            seconds,
+            seconds: report.frame_time_s().unwrap_or(f64::NAN) + filter_s,
             tiles: regions.map(|r| r.tiles as f64),
             joules: regions.map(|r| r.energy_pj * 1e-12),
         })
@@ -369,12 +381,11 @@ impl Viewer<'_> {
     /// Power of the filter at the display rate.
     fn filter_w(&self) -> f64 {
         let views = self.setup.power_views;
-        let pixels: f64 = views
-            .iter()
-            .enumerate()
-            .map(|(i, camera)| self.filtered_pixels(camera, &self.looking(i)).unwrap_or(0.0))
-            .sum();
-        let per_frame = pixels / views.len().max(1) as f64;
+        let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
+            self.filtered_pixels(camera, &looking).unwrap_or(0.0)
+        };
+        let pixels: f64 = views.iter().zip(gazes(self.screen, views)).map(of_view).sum();
+        let per_frame = pixels / (views.len() / eyes(views)).max(1) as f64;
         per_frame * self.cost.flops * self.cost.flop_pj * 1e-12 * self.clock.fps
     }
 

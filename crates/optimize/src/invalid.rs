@@ -57,7 +57,7 @@ pub enum Invalid {
     /// Levels of the periphery at another size than they are trained at.
     #[error(
         "power_cameras: levels of the periphery are for the size that they are trained at, so \
-         their power is counted with the views as they are"
+         their power is counted with views of that size"
     )]
     LevelsAtOtherSize,
     /// A virtual screen that cannot be.

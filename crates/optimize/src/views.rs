@@ -120,6 +120,19 @@ pub enum PowerCameras {
     Others(Vec<Camera>),
 }
 
+impl PowerCameras {
+    /// Whether each is as large as one of `views`.
+    pub(crate) fn have_sizes_of(&self, views: &[Camera]) -> bool {
+        let size = |c: &Camera| [c.width, c.height];
+        match self {
+            PowerCameras::Same => true,
+            PowerCameras::Shown(cameras) | PowerCameras::Others(cameras) => {
+                cameras.iter().all(|c| views.iter().any(|view| size(view) == size(c)))
+            }
+        }
+    }
+}
+
 /// Which of its cameras power is a mean over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PowerViews {
@@ -260,7 +273,8 @@ impl fmt::Display for Priced {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Priced { views, of, .. } = *self;
         let size = self.size_text();
-        let other = if self.is_other { "other " } else { "" };
+        // Pairs are others anyhow: models are compared in single views.
+        let other = if self.is_other && self.eyes == 1 { "other " } else { "" };
         let view = if self.eyes > 1 { "pair" } else { "view" };
         let s = if of == 1 { "" } else { "s" };
         match (self.is_path, views == of) {

@@ -7,7 +7,7 @@ mod confirmation;
 mod designs;
 pub mod distance;
 pub mod ends;
-mod facts;
+pub(crate) mod facts;
 pub mod front;
 pub mod indices;
 pub mod knee;

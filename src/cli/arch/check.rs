@@ -68,6 +68,9 @@ pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit,
                 let mut page = Document::new();
                 page.title(format!("{origin}: ok ({})", good.summary));
                 page.extend(good.cost.as_ref().map(Cost::document).unwrap_or_default());
+                one.file.decimal_sizes().into_iter().for_each(|doubt| {
+                    page.paragraph(format!("Warning: {doubt}."));
+                });
                 out::document(&page)?;
             }
             Ok(_) => {}

@@ -75,7 +75,8 @@ fn refused(invalid: Invalid) -> Failure {
         }
         Invalid::LevelsAtOtherSize => {
             "--foveated: levels are for the size that they are trained at, so their power is \
-             counted there; leave out --power-size and --power-cameras, or give --size"
+             counted there; leave out --power-size, give --power-cameras of that size, or \
+             give --size"
                 .into()
         }
         Invalid::Screen(error) => format!("--screen, --pooling-rate: {error}"),

@@ -9,7 +9,10 @@ pub(super) fn provenance(sweep: &SweepFacts, typed: &[String]) -> Provenance {
     let title = sweep.sweeps.first().map_or("", |name| name.trim_end_matches(".toml"));
     let words = ["powergs-sim".to_owned(), "sweep".to_owned()].into_iter();
     let words = words.chain(sweep.sweeps.iter().cloned()).chain(["--traces".to_owned()]);
-    let mut commands = vec![line(words.chain(sweep.traces.iter().cloned()))];
+    let words = words.chain(sweep.traces.iter().cloned());
+    let options = sweep.options.iter().filter_map(|option| option.split_once(' '));
+    let options = options.flat_map(|(flag, value)| [flag.to_owned(), value.to_owned()]);
+    let mut commands = vec![line(words.chain(options))];
     if sweep.sweeps.is_empty() {
         commands.clear();
     }

@@ -212,3 +212,29 @@ fn a_file_on_a_base_is_shown_checked_and_compared() {
     let machine = file("m.toml", "base = \"gscore-28nm\"\nname = \"m\"\n[vru]\ncores = 1\n");
     program(&["arch", "check", &machine]).assert().code(2).stderr(contains("no machine"));
 }
+
+/// Papers write KB for 1,024 bytes; files are read as they are written, and what looks like a paper's
+/// number is asked about.
+#[test]
+fn kilobytes_that_may_be_kibibytes_are_asked_about() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, size: &str| {
+        let path = dir.path().join(name);
+        let head = "name = \"mine\"\nbase = \"gscore\"";
+        let text = format!("{head}\n[buffers.feature]\ncapacity = \"{size}\"\n");
+        std::fs::write(&path, text).expect("a file");
+        path.to_str().expect("a path").to_owned()
+    };
+    // Pages are wrapped.
+    let asked = || contains("is 1000 B here").and(contains("\"64 KiB\" where a"));
+    let paper = file("paper.toml", "64 KB");
+    program(&["arch", "check", &paper]).assert().code(0).stdout(asked());
+    let replay =
+        program(&["replay", "traces/demo.bin", "--frames", "0..1", "--arch", &paper]).assert();
+    replay.code(0).stderr(asked());
+    for (name, size) in [("binary.toml", "64 KiB"), ("round.toml", "100 KB"), ("two.toml", "2 KB")]
+    {
+        let said = program(&["arch", "check", &file(name, size)]).assert();
+        said.stdout(contains("1000 B here").not());
+    }
+}

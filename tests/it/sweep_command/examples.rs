@@ -94,3 +94,21 @@ fn a_table_that_cannot_price_a_design_leaves_it_to_the_others() {
     let wanted = ["0 a ok", "0 b ok", "1 a ok", "1 b invalid", "2 a invalid", "2 b invalid"];
     assert_eq!(seen, wanted);
 }
+
+/// A display rate of the command is that of every later report; another one needs another sweep.
+#[test]
+fn the_display_rate_of_the_command_stays_with_the_sweep() {
+    let bench = Bench::new();
+    let sweep = ["sweep", "tiles", "--traces", "demo.bin", "--points", "4", "--fps", "100"];
+    bench.program(&sweep).args(["--out", "s"]).assert().success();
+    let summary = || std::fs::read_to_string(bench.path("s/analysis/summary.md")).expect("text");
+    let facts = || {
+        let page = std::fs::read_to_string(bench.path("s/analysis/report.html")).expect("a page");
+        (page.contains("100 FPS"), page.contains("--fps 100"))
+    };
+    assert_eq!(facts(), (true, true), "{}", summary());
+    bench.program(&["pareto", "s"]).assert().success();
+    assert_eq!(facts(), (true, true), "{}", summary());
+    let other = bench.program(&["pareto", "s", "--fps", "90", "--display", "lcd"]).assert().code(2);
+    other.stderr(contains("powergs-sim sweep tiles --fps 90 --display lcd --out DIR"));
+}

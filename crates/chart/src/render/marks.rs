@@ -9,8 +9,8 @@ use super::coord::Coord;
 use super::labels::{self, BESIDE, Obstacles, Wish};
 use super::scene::{Area, ScenePoint, Shape};
 use super::{
-    Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, plain_width, stroke,
-    style, width,
+    Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, names::told_apart,
+    plain_width, stroke, style, width,
 };
 use crate::{
     Bar, Bin, Cell, Colour, Form, Gauge, Label, Line, Mark, Panel, Place, Points, Rule, Scale,
@@ -387,7 +387,15 @@ impl<'p, 'c> Plot<'p, 'c> {
         let [_, top, _, bottom] = self.area;
         let x = self.at((gauge.at, 0.0)).0;
         self.page.line(&[(x, top), (x, bottom)], Colour::NOTE, 1.5)?;
-        for (height, text) in &gauge.labels {
+        // Names end before the next axis.
+        let others = self.panel.marks.iter().filter_map(|mark| match mark {
+            Mark::Gauge(other) => Some(self.at((other.at, 0.0)).0),
+            _ => None,
+        });
+        let next = others.filter(|other| *other > x).fold(f64::INFINITY, f64::min);
+        let names: Vec<&str> = gauge.labels.iter().map(|(_, text)| text.as_str()).collect();
+        let names = told_apart(&names, next - x - 12.0);
+        for ((height, _), text) in gauge.labels.iter().zip(&names) {
             let y = self.at((gauge.at, *height)).1;
             self.page.line(&[(x, y), (x + 5.0, y)], Colour::NOTE, 1.5)?;
             let words = Words::from(text.as_str());

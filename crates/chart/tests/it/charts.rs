@@ -190,6 +190,43 @@ fn huge_labels_are_drawn() {
     assert!(svg.contains("&lt;signs&gt;") && !svg.contains("<signs>") && !svg.contains('\u{7}'));
 }
 
+/// Names of values end before the next upright axis, and no two of them look alike.
+#[test]
+fn names_on_upright_axes_are_told_apart() {
+    let gauge = |at: f64, names: &[&str]| {
+        let height = |i: usize| (i as f64 + 0.5) / names.len() as f64;
+        let labels = names.iter().enumerate().map(|(i, name)| (height(i), (*name).into()));
+        Mark::Gauge(Gauge { at, labels: labels.collect() })
+    };
+    let shown = |names: &[&str], axes: usize| -> Vec<(String, [f64; 4])> {
+        let empty = vec![""; axes];
+        let panel = Panel::new(Axis::names(empty), Axis::new("", Scale::linear(0.0, 1.0)).hidden());
+        let marks = (1..axes).map(|i| gauge(i as f64 + 0.5, &["!"]));
+        let panel = marks.fold(panel.mark(gauge(0.5, names)), Panel::mark);
+        let chart = Chart::new("gauges", "title", "subtitle").panel(panel);
+        svg_texts(&chart.svg(Style::default()).expect("drawn"))
+    };
+    let texts = |names: &[&str], axes| -> Vec<String> {
+        let all = shown(names, axes);
+        let next = all.iter().find(|(text, _)| text == "!").map_or(f64::INFINITY, |(_, b)| b[0]);
+        let own = all.into_iter().filter(|(t, _)| t != "!" && t != "title" && t != "subtitle");
+        own.map(|(text, area)| {
+            assert!(area[2] <= next, "{text}: {area:?} and the next at {next}");
+            text
+        })
+        .collect()
+    };
+    let devices = ["lpddr4-3200-x16x8", "lpddr5-6400-x16x8", "lpddr5x-8533-x16x8"];
+    assert_eq!(texts(&devices, 2), devices);
+    assert_eq!(texts(&devices, 8), ["lpddr4-3200", "lpddr5-6400", "lpddr5x-8533"]);
+    for axes in [10, 14, 18] {
+        let short = texts(&devices, axes);
+        assert_ne!(short[1], short[2], "{axes} axes");
+        assert_ne!(short[0], short[1], "{axes} axes");
+    }
+    assert_eq!(texts(&["one-and-only"; 2], 3), ["one-and-only"; 2]);
+}
+
 fn chart() -> Chart {
     let x = Axis::new("length, µm (logarithmic)", Scale::logarithmic(0.1, 1000.0));
     let y = Axis::new("power, mW", Scale::from_zero(93.0));

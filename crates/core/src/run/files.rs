@@ -101,6 +101,47 @@ impl ConfigText {
         self.own.as_deref().unwrap_or(&self.text)
     }
 
+    /// What to look at again: sizes that are powers of two of kB or MB, as papers write them that
+    /// mean KiB and MiB.
+    pub fn decimal_sizes(&self) -> Option<String> {
+        fn walk(key: &str, value: &toml::Value, found: &mut Vec<(String, String, String)>) {
+            match value {
+                toml::Value::Table(table) => {
+                    for (name, value) in table {
+                        let dot = if key.is_empty() { "" } else { "." };
+                        walk(&format!("{key}{dot}{name}"), value, found);
+                    }
+                }
+                toml::Value::String(text) => {
+                    let Some((number, unit)) = text.trim().split_once(' ') else { return };
+                    let binary = match unit.trim() {
+                        "kB" | "KB" => "KiB",
+                        "MB" => "MiB",
+                        _ => return,
+                    };
+                    // 2 KB and below says nothing of how somebody counts.
+                    let is_binary = |n: &u32| n.is_power_of_two() && *n >= 4;
+                    if let Some(n) = number.parse().ok().filter(is_binary) {
+                        found.push((key.to_owned(), text.clone(), format!("{n} {binary}")));
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut found = Vec::new();
+        walk("", &toml::Value::Table(self.own().parse().ok()?), &mut found);
+        let (key, text, meant) = found.first()?;
+        let more = match found.len() - 1 {
+            0 => String::new(),
+            n => format!(", and {n} more such"),
+        };
+        Some(format!(
+            "{}: `{key}` = \"{text}\"{more}: a KB is 1000 B here; write \"{meant}\" where a paper's \
+             KB is 1024 B",
+            self.origin
+        ))
+    }
+
     /// Reads what a machine of this file needs besides it.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ use crate::references::{Reference, ReferenceImages};
 use crate::renderer::Renderer;
 use crate::request::Request;
 use crate::settings::Gate;
-use crate::views::{PowerCameras, split};
+use crate::views::split;
 use crate::watch::CampaignWatch;
 
 /// As many views are named in a warning.
@@ -42,7 +42,7 @@ impl Campaign {
             in_range("display_ratio", ratio, 0.001, 1000.0)?;
         }
         let model = (&*request.renderer, &request.dense, background);
-        if request.foveation.is_some() && request.power_cameras != PowerCameras::Same {
+        if request.foveation.is_some() && !request.power_cameras.have_sizes_of(&cameras) {
             return Err(Invalid::LevelsAtOtherSize.into());
         }
         let seen = look(model, &cameras, &mut references, watch)?;

@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use powergs_core::run::MemoryStore;
+use powergs_frame::scene::Eye;
 use powergs_optimize::campaign::{Campaign, CampaignError};
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::request::Request;
@@ -113,4 +114,37 @@ fn levels_of_the_periphery_are_priced_as_they_are_trained() {
     none(&mut asked);
     let error = Campaign::open(asked, &()).err().unwrap();
     assert!(matches!(error, CampaignError::Invalid(Invalid::NoTestViews)), "{error}");
+}
+
+/// The same view for both eyes: a frame of the display takes twice the time, tiles and light.
+#[test]
+fn foveated_pairs_are_frames_of_the_display() {
+    let eye = |camera: &Camera, eye| Camera { eye: Some(eye), ..camera.clone() };
+    let pair = |camera: &Camera| [eye(camera, Eye::Left), eye(camera, Eye::Right)];
+    let asked = foveated();
+    let pairs = PowerCameras::Others(asked.cameras.iter().flat_map(pair).collect());
+    // Pixels and watts of the panel as they are: nothing is scaled to the dense model.
+    let single = Request { display_ratio: None, ..foveated() };
+    let paired = Request { display_ratio: None, power_cameras: pairs, ..foveated() };
+    let single = open(single).run(&MemoryStore::new(), &()).unwrap().unwrap();
+    let paired = open(paired).run(&MemoryStore::new(), &()).unwrap().unwrap();
+    assert_eq!(paired.results.priced.as_ref().unwrap().eyes, 2);
+    let [single, paired] = [single, paired].map(|f| f.foveated.expect("levels were made"));
+    assert!((2.0 * paired.dense_fps / single.dense_fps - 1.0).abs() < 1e-9);
+    assert!(!single.measured.is_empty());
+    for (one, two) in single.measured.iter().zip(&paired.measured) {
+        assert_eq!(one.levels.jobs, two.levels.jobs, "models do not depend on it");
+        let twice = |name: &str, one: f64, two: f64| {
+            assert!((two / one - 2.0).abs() < 1e-9, "{name}: {one}, {two}");
+        };
+        twice("time", 1.0 / one.fps, 1.0 / two.fps);
+        twice("light", one.watts.display_w, two.watts.display_w);
+        for region in 0..one.tiles.len() {
+            if one.tiles[region] > 0.0 {
+                twice("tiles", one.tiles[region], two.tiles[region]);
+                twice("joules", one.region_j[region], two.region_j[region]);
+            }
+        }
+        assert_eq!(one.hvsq, two.hvsq);
+    }
 }

@@ -9,9 +9,10 @@ use super::words::{display_rate, knee_name, prices};
 use crate::format::counted;
 use powergs_chart::{
     Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Rule, Scale, Side, Size,
-    Symbol, Words,
+    Symbol, Weight, Words,
 };
 use powergs_study::analysis::front::{Costs, front};
+use powergs_study::analysis::table::Values;
 use powergs_study::analysis::{Analysis, Goal};
 
 /// File names; further pairs of objectives have no chart.
@@ -157,7 +158,8 @@ fn panel(plane: &FrontPlane, key: &ColourKey) -> Panel {
     };
     let knee = plane.at(analysis.knee);
     let look = Points::dots([knee], key.colour(analysis.knee), Size::Huge);
-    let mut panel = Panel::new(x, y)
+    let mut panel = slowest(plane)
+        .fold(Panel::new(x, y), Panel::line)
         .points(crowd(Points::dots(outside, Colour::PALE, Size::Small)))
         .points(crowd(all))
         .line(Line::thin(plane.staircase(), Colour::NOTE))
@@ -192,6 +194,27 @@ fn panel(plane: &FrontPlane, key: &ColourKey) -> Panel {
         .fold(panel, |panel, row| panel.label(label(row), plane.at(row), Side::Free))
 }
 
+/// From the mean frame rate of each design that misses the display rate down to that of its slowest
+/// frame: the mean alone may lie above the rate that the design misses.
+fn slowest(plane: &FrontPlane) -> impl Iterator<Item = Line> {
+    let analysis = plane.analysis;
+    let (j, axis) = &plane.y;
+    let is_mean = analysis.question.objectives[*j].name == "fps.mean";
+    let column = analysis.table.metrics.iter().find(|c| is_mean && c.name == "fps.min");
+    let least = match column.map(|c| &c.values) {
+        Some(Values::Numbers(numbers)) => numbers.as_slice(),
+        _ => &[],
+    };
+    let low = axis.axis.scale.low();
+    let shown = analysis.behind.iter().filter(|row| plane.shows(**row));
+    shown.filter_map(move |&row| {
+        let least = least.get(row as usize).filter(|fps| fps.is_finite())?;
+        let at = plane.at(row);
+        let whisker = vec![at, (at.0, (least * axis.factor).max(low))];
+        Some(Line { weight: Weight::Hair, ..Line::curve(whisker, Colour::PALE) })
+    })
+}
+
 fn entries(plane: &FrontPlane) -> Vec<Entry> {
     let analysis = plane.analysis;
     let mut entries = vec![
@@ -208,6 +231,9 @@ fn entries(plane: &FrontPlane) -> Vec<Entry> {
         (false, false) => Some(format!("condition or {} not met", display_rate(analysis))),
     };
     entries.extend(pale.map(|text| Entry::new(text, Symbol::Dot(Colour::PALE))));
+    if slowest(plane).next().is_some() {
+        entries.push(Entry::new("down to its slowest frame", Symbol::Line(Colour::PALE)));
+    }
     // One design may be the best in both: a front of a single point has no line.
     if analysis.question.objectives.len() > 2 && plane.staircase().len() > 1 {
         entries.push(Entry::new("Pareto front of these two", Symbol::Line(Colour::NOTE)));

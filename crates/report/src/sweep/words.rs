@@ -457,8 +457,17 @@ pub fn memory(analysis: &Analysis) -> String {
         several => {
             let of = |(name, n): &(&str, usize)| format!("`{name}` for {}", counted(*n, "design"));
             let on_front = analysis.front.iter().filter(|row| model(row) == "banked").count();
+            let others = on_front < analysis.front.len();
+            // A sweep confirms what is near the display rate; a later condition it does not know.
+            let doubt = match &analysis.question.condition {
+                Some(_) if others => {
+                    " A condition that one of the others meets by a few percent may not hold with \
+                     `banked`: look at it again with `--dram-model banked`."
+                }
+                _ => "",
+            };
             format!(
-                "Memory: {}; {on_front} of {} of the front are `banked`.",
+                "Memory: {}; {on_front} of {} of the front are `banked`.{doubt}",
                 several.iter().map(of).collect::<Vec<_>>().join(", "),
                 analysis.front.len()
             )

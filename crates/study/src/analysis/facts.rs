@@ -12,6 +12,9 @@ use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
 use crate::sweep::run::{OpenedSweep, State};
 use crate::sweep::space::FreeAxis;
 
+/// How another display rate stands in the record of a sweep.
+pub(crate) const FPS: &str = "--fps ";
+
 /// A sweep as its analysis sees it.
 #[derive(Debug, Default)]
 pub struct SweepFacts {
@@ -19,8 +22,10 @@ pub struct SweepFacts {
     pub question: String,
     /// Objectives of the sweep file.
     pub objectives: Option<Objectives>,
-    /// Frames per second that the display shows, as the sweep file says.
+    /// Frames per second that the display shows, as the sweep file or `--fps` says.
     pub display_fps: Option<f64>,
+    /// Flags of the command that change what the sweep file says.
+    pub options: Vec<String>,
     /// Axes that cost nothing; of a sweep in a folder, if it is finished.
     pub free: Vec<FreeAxis>,
     /// Points that constraints exclude.
@@ -68,11 +73,17 @@ impl SweepFacts {
     }
 
     fn of_files(file: Option<&SweepFile>, state: Option<&State>) -> SweepFacts {
+        // What was asked for in place of what the file says; other words are notes.
+        let options = state.map_or(&[][..], |state| &state.options);
+        let options: Vec<String> =
+            options.iter().filter(|option| option.starts_with("--")).cloned().collect();
+        let display_fps = options.iter().find_map(|option| option.strip_prefix(FPS)?.parse().ok());
         let names = |role| state.map_or_else(Vec::new, |state: &State| state.names(role));
         SweepFacts {
             question: file.map_or("", |file| file.question.trim()).to_owned(),
             objectives: file.map(|file| file.objectives.clone()),
-            display_fps: file.map(|file| file.display_fps),
+            display_fps: display_fps.or(file.map(|file| file.display_fps)),
+            options,
             free: Vec::new(),
             excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),

@@ -83,8 +83,13 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
         .iter()
         .filter_map(|s| Some((s, RgbImage::from_bytes(album.width, album.height, s.rgb.clone())?)))
         .collect();
-    let what =
-        format!("variant {}, view {}", show.variant(), super::super::shortened(&album.view, 30));
+    let what = format!(
+        "variant {}, view {} of {}x{}",
+        show.variant(),
+        super::super::shortened(&album.view, 30),
+        album.width,
+        album.height
+    );
     let mut chart = show.chart(NAME, TITLE, &what).columns(frames.len());
     for (shot, frame) in &frames {
         let name = super::super::shortened(&shot.name, 28);

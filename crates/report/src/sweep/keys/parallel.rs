@@ -1,7 +1,7 @@
 //! More axes: parallel coordinates, a line per design through its settings to its objectives.
 
 use super::{Lane, chart_of};
-use crate::format::{rounded, shortened_inside};
+use crate::format::rounded;
 use crate::sweep::axis::Axis;
 use crate::sweep::colour::ColourKey;
 use crate::sweep::words::knee_name;
@@ -85,10 +85,9 @@ fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &ColourKey) ->
     }
     for (i, lane) in lanes.iter().enumerate() {
         let every = lane.order.len().div_ceil(NAMED).max(1);
-        let mut labels = Vec::new();
-        for place in (0..lane.order.len()).step_by(every) {
-            labels.push((height(lane, place), shortened_inside(&rounded(lane.word(place)), 12)));
-        }
+        let places = (0..lane.order.len()).step_by(every);
+        let label = |place| (height(lane, place), rounded(lane.word(place)));
+        let labels = places.map(label).collect();
         panel = panel.mark(Mark::Gauge(Gauge { at: i as f64 + 0.5, labels }));
     }
     for (j, axis) in axes.iter().enumerate() {

@@ -9,6 +9,7 @@ use super::noted::NotedFiles;
 use super::request::{StandIn, SweepRequest};
 use super::state::State;
 use super::traces::{self, SweepTrace, TraceRequest};
+use crate::analysis::facts::FPS;
 use crate::sweep::design::{Design, Rejected};
 use crate::sweep::file::{Method, SweepFile, TraceSpec};
 use crate::sweep::objective::Objective;
@@ -177,7 +178,7 @@ impl OpenedSweep<'static> {
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
         asked.extend(request.points.map(|n| format!("--points {n}")));
-        asked.extend(request.display_fps.map(|fps| format!("--fps {fps}")));
+        asked.extend(request.display_fps.map(|fps| format!("{FPS}{fps}")));
         asked.extend(request.display.iter().map(|name| format!("--display {name}")));
         asked.extend(request.dram_model.iter().map(|model| format!("--dram-model {model}")));
         asked.extend(is_calibrated.then(|| "calibrated in place of banked".to_owned()));

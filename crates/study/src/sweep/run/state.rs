@@ -20,7 +20,7 @@ pub struct State {
     model_version: u32,
     outcome_version: u32,
     /// Options that change results, as they are typed.
-    options: Vec<String>,
+    pub(crate) options: Vec<String>,
     /// Files that were read.
     inputs: Vec<StateInput>,
 }
