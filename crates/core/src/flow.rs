@@ -33,6 +33,7 @@ use powergs_frame::splat::Counters;
 use powergs_frame::trace::Frame;
 
 mod error;
+pub mod gpu;
 mod outcome;
 pub mod recorded;
 pub mod resident;
@@ -40,7 +41,7 @@ pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{
-    CacheSummary, FlowOutcome, FoveaSummary, Foveal, ListOrder, OrderSummary, RegionWork,
+    CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary, RegionWork,
     StereoSummary,
 };
 
@@ -331,7 +332,8 @@ pub struct FlowDecl {
 }
 
 /// The dataflows of this program.
-pub const FLOWS: [FlowDecl; 3] = [tile_wise::FLOW, resident::FLOW, recorded::FLOW];
+pub const FLOWS: [FlowDecl; 4] =
+    [tile_wise::FLOW, resident::FLOW, gpu::FLOW, recorded::FLOW];
 
 /// Those from outside of the program.
 static REGISTERED: Mutex<Vec<&'static dyn Dataflow>> = Mutex::new(Vec::new());

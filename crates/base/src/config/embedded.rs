@@ -33,6 +33,10 @@ macro_rules! embedded {
 /// Machine files, the default first.
 pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore",
+    "a100",
+    "a5000",
+    "a6000",
+    "agx-orin",
     "axis-shared",
     "chang",
     "degs",
@@ -47,12 +51,16 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore-neo",
     "gscore-nerarch",
     "gscore-powergs",
+    "h100",
     "lumina",
     "metasapiens",
     "nebula",
     "neo",
+    "orin-nx",
+    "rtx-3090",
     "vorion",
-    "vorion-16"
+    "vorion-16",
+    "xavier-nx"
 );
 
 /// Energy tables, the default first.
@@ -71,7 +79,15 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "resident-16nm",
     "gbu-28nm",
     "axis-28nm",
-    "resident-28nm"
+    "resident-28nm",
+    "xavier-nx-module",
+    "orin-nx-module",
+    "agx-orin-module",
+    "rtx-3090-board",
+    "a5000-board",
+    "a6000-board",
+    "a100-board",
+    "h100-board"
 );
 
 /// Display-power presets, the default first.

@@ -29,6 +29,8 @@ pub struct FlowOutcome {
     pub cache: Option<CacheSummary>,
     /// The second view of a pair, where it is made of the first one.
     pub stereo: Option<StereoSummary>,
+    /// The kernels, where the machine is a GPU.
+    pub kernels: Option<KernelSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionWork>>,
 }
@@ -51,6 +53,7 @@ impl FlowOutcome {
             lists: None,
             cache: None,
             stereo: None,
+            kernels: None,
             fovea: None,
         }
     }
@@ -108,6 +111,23 @@ pub struct CacheSummary {
     pub hits: u64,
     /// Feature records read from DRAM.
     pub misses: u64,
+}
+
+/// The kernels of a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct KernelSummary {
+    /// Cycles of those that convert, pair, sort and blend.
+    pub parts: [u64; 4],
+    /// Cycles between them.
+    pub launching: u64,
+    /// Gaussians that blocks read and find in the L2 cache.
+    pub hits: u64,
+    /// Those that they read from the memory.
+    pub misses: u64,
+    /// Lanes of warps that evaluate an entry.
+    pub slots: u64,
+    /// Those of them whose pixel has not stopped.
+    pub live: u64,
 }
 
 /// What a second view that is made of the first one has of its own lists.

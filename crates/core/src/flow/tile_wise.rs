@@ -449,6 +449,7 @@ fn outcome_of(
         lists,
         cache: None,
         stereo: None,
+        kernels: None,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),
@@ -503,7 +504,8 @@ pub fn work_key(geometry: Geometry) -> WorkKey {
     work_key_for(geometry, FrameDetail::default())
 }
 
-fn work_key_for(geometry: Geometry, detail: FrameDetail) -> WorkKey {
+/// The key of workloads of a geometry with what machines need besides.
+pub(crate) fn work_key_for(geometry: Geometry, detail: FrameDetail) -> WorkKey {
     let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
     let mut numbers = vec![tile, subtile, sort_group, chunk, test as u32, cull as u32];
     numbers.extend(Some(detail.number()).filter(|&number| number > 0));

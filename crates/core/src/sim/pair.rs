@@ -7,6 +7,7 @@ use super::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,
     OrderSummary, PaperReport, RegionReport, StageBytes,
 };
+use crate::flow::KernelSummary;
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
 use crate::workload::reuse::ReuseSummary;
 use powergs_energy::Standby;
@@ -100,6 +101,7 @@ impl Then for CycleReport {
             lists,
             cache,
             stereo,
+            kernels,
             fovea,
         } = next;
         self.timing.then(timing);
@@ -121,7 +123,20 @@ impl Then for CycleReport {
         self.cache.then(cache);
         // It is of the second view alone.
         self.stereo = stereo;
+        self.kernels.then(kernels);
         self.fovea.then(fovea);
+    }
+}
+
+impl Then for KernelSummary {
+    fn then(&mut self, next: KernelSummary) {
+        let KernelSummary { parts, launching, hits, misses, slots, live } = next;
+        self.parts.then(parts);
+        self.launching += launching;
+        self.hits += hits;
+        self.misses += misses;
+        self.slots += slots;
+        self.live += live;
     }
 }
 

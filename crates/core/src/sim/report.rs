@@ -1,7 +1,7 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::flow::{CacheSummary, FoveaSummary, Foveal, ListOrder, StereoSummary};
+use crate::flow::{CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, StereoSummary};
 use crate::kernel::FrameTiming;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::ActionCounts;
@@ -81,6 +81,8 @@ pub struct CycleReport {
     pub cache: Option<CacheSummary>,
     /// The second view of a pair, where it is made of the first one.
     pub stereo: Option<StereoSummary>,
+    /// The kernels, where the machine is a GPU.
+    pub kernels: Option<KernelSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }

@@ -95,6 +95,7 @@ pub fn priced(
             lists: outcome.lists,
             cache: outcome.cache,
             stereo: outcome.stereo,
+            kernels: outcome.kernels,
             fovea: regions::priced(timed, prices),
         })),
     };

@@ -1,6 +1,7 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
+use crate::flow::{KernelSummary, gpu};
 use crate::sim::statistics::Key;
 use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, StereoSummary};
 use crate::workload::reuse::ReuseSummary;
@@ -86,6 +87,33 @@ pub(super) fn stereo(list: &mut List) {
     real(list, "stereo.largest_disparity", "1", text, |f, _| {
         of(f).map(|s| f64::from(s.largest_disparity))
     });
+}
+
+pub(super) fn kernels(list: &mut List) {
+    fn of(f: &FrameReport) -> Option<&KernelSummary> {
+        f.cycle()?.kernels.as_ref()
+    }
+    let first = list.len();
+    let ms = |f: &FrameReport, cycles: fn(&KernelSummary) -> u64| -> Option<f64> {
+        Some(cycles(of(f)?) as f64 / f.cycle()?.clock.0 * 1e3)
+    };
+    let mut time = |name: &str, text: &str, cycles: fn(&KernelSummary) -> u64| {
+        real(list, format!("kernels.{name}_ms"), "ms", text, move |f, _| ms(f, cycles));
+    };
+    time("convert", "Time of the kernel that converts Gaussians.", |k| k.parts[0]);
+    time("pairs", "Time of the kernels that count pairs and write them.", |k| k.parts[1]);
+    time("sort", "Time of the kernels that sort pairs and find those of a tile.", |k| k.parts[2]);
+    time("blend", "Time of the kernel that blends tiles.", |k| k.parts[3]);
+    time("launch", "Time between kernels.", |k| k.launching);
+    let text = "Share of the lanes of evaluating warps whose pixel has not stopped, 0 to 1.";
+    real(list, "kernels.live_lanes_frac", "1", text, |f, _| {
+        of(f).and_then(|k| share(k.live, k.slots))
+    });
+    let text = "Share of the Gaussians read by blocks that the L2 cache has, 0 to 1.";
+    real(list, "kernels.l2_hit_frac", "1", text, |f, _| {
+        of(f).and_then(|k| share(k.hits, k.hits + k.misses))
+    });
+    list[first..].iter_mut().for_each(|statistic| statistic.flows = vec![gpu::FLOW.flow.key()]);
 }
 
 pub(super) fn reuse(list: &mut List) {

@@ -1,0 +1,536 @@
+//! GPU: the kernels of the published rasteriser, one after the other, on a SIMT machine.
+//!
+//! Gaussians are converted by a thread each; a prefix sum over their numbers of tiles says where
+//! the (tile, Gaussian) pairs of each begin, which the host reads to launch what is for them; a
+//! thread for each Gaussian writes its pairs; a radix sort puts them in order by tile and depth; a
+//! thread for each pair finds where tiles begin; and a block of threads for each tile blends its
+//! list, a thread for each pixel, until all have stopped.
+//!
+//! A kernel takes as long as what takes longest of it: its warp instructions over the issue slots of
+//! the multiprocessors (of the blending kernel block by block, [`blocks`]), what passes through the
+//! L2 cache over its rate, and what passes through the memory. An array that one kernel writes and
+//! the next reads stays in the L2 cache if everything that the kernel touches fits there (A139).
+//! Between two kernels passes `launch.gap`.
+
+pub mod blocks;
+pub mod cache;
+mod check;
+mod stages;
+mod tables;
+pub mod warps;
+
+use std::sync::Arc;
+
+use super::{
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, TablesDecl,
+    WorkKey, tile_wise,
+};
+use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
+use crate::kernel::ledger::{Ledger, cycles};
+use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
+use crate::kernel::stream::Streams;
+use crate::kernel::timeline::{Observer, State};
+use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
+use crate::machine::Machine;
+use crate::machine::check::Contradiction;
+use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall};
+use crate::workload::FrameWorkload;
+use powergs_base::quantity::Nanoseconds;
+use powergs_energy::action::{ActionCounts, Phase};
+
+pub use stages::SM_DECL;
+pub use tables::*;
+
+use blocks::Block;
+use cache::{FilterKey, Filtered};
+use stages::{EXPONENTIAL, INSTRUCTION, L2_BYTE, SM};
+use warps::{FrameWarps, WarpShape};
+
+const KEY: &str = "gpu";
+
+/// Threads of a block of the kernels that have no tiles.
+pub const BLOCK: u32 = 256;
+
+/// Its stages.
+pub const STAGES: [&StageDecl; 1] = [&SM_DECL];
+
+/// The dataflow with its stages.
+pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: &STAGES };
+
+/// Their streams.
+pub const STREAMS: Streams = Streams::of(&STAGES);
+
+/// The dataflow.
+pub struct GpuFlow;
+
+impl Dataflow for GpuFlow {
+    fn key(&self) -> &'static str {
+        KEY
+    }
+
+    fn means(&self) -> &'static str {
+        "the kernels of the published rasteriser, one after the other, on a SIMT machine"
+    }
+
+    fn example(&self) -> Option<&'static str> {
+        Some("xavier-nx")
+    }
+
+    fn stages(&self) -> &'static [&'static StageDecl] {
+        FLOW.stages
+    }
+
+    fn tables(&self) -> TablesDecl {
+        TablesDecl::of::<Gpu>()
+    }
+
+    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
+        check::problems(machine)
+    }
+
+    fn tile(&self, machine: &Machine, _: [u32; 2]) -> [u32; 2] {
+        [machine.gpu().blend.tile; 2]
+    }
+
+    /// Lists of tiles, with their splats and pixels: that of tile-wise machines.
+    fn work_key(&self, machine: &Machine) -> WorkKey {
+        tile_wise::work_key_for(machine.gpu().geometry(), machine.gpu().detail())
+    }
+
+    fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
+        let workload = workload(task)?;
+        if workload.fovea.is_some() {
+            let why = "it is foveated, and a GPU shows no levels here; extract the trace without a \
+                       gaze, or take another machine (`gscore`)";
+            return Err(Incompatible::Other { machine: task.machine.name.clone(), why: why.into() });
+        }
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        task: &FrameTask<'_>,
+        observer: Option<&mut dyn Observer>,
+    ) -> Result<FlowOutcome, SimError> {
+        let workload = workload(task)?;
+        let kernels = Kernels::new(task.machine, workload, task.memo);
+        let calibration = calibration(task.machine, &kernels, task.memo);
+        let calibration = calibration.as_deref();
+        Ok(match observer {
+            None => through(task.machine, &kernels, calibration, &mut ()).0,
+            Some(mut observer) => through(task.machine, &kernels, calibration, &mut observer).0,
+        })
+    }
+}
+
+/// The lists of a frame, with its splats and pixels.
+fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible> {
+    let (work, needed) = (task.work.key(), GpuFlow.work_key(task.machine));
+    let found = task.work.of().filter(|_| work == needed);
+    found.ok_or_else(|| Incompatible::Work {
+        work: work.to_string(),
+        machine: task.machine.name.clone(),
+        needed: needed.to_string(),
+    })
+}
+
+/// What a kernel is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Gaussians are converted.
+    Convert,
+    /// Pairs are made.
+    Pairs,
+    /// They are sorted, and tiles find theirs.
+    Sort,
+    /// Tiles are blended.
+    Blend,
+}
+
+impl Part {
+    /// All of them, in their order.
+    pub const ALL: [Part; 4] = [Part::Convert, Part::Pairs, Part::Sort, Part::Blend];
+
+    /// What its energy is of.
+    const fn phase(self) -> Phase {
+        match self {
+            Part::Convert => Phase::Preprocessing,
+            Part::Pairs | Part::Sort => Phase::Sorting,
+            Part::Blend => Phase::Rendering,
+        }
+    }
+
+    /// Its streams: what it reads, what it writes.
+    const fn streams(self) -> [&'static str; 2] {
+        match self {
+            Part::Convert => ["scene", "results"],
+            Part::Pairs => ["counts", "pairs-out"],
+            Part::Sort => ["keys-in", "keys-out"],
+            Part::Blend => ["splats", "picture"],
+        }
+    }
+
+    /// What multiprocessors wait for where its bytes take longest.
+    const fn waits(self) -> Stall {
+        match self {
+            Part::Convert | Part::Pairs => Stall::of("records"),
+            Part::Sort => Stall::of("spill"),
+            Part::Blend => Stall::of("features"),
+        }
+    }
+}
+
+/// A kernel of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kernel {
+    /// What it is for.
+    pub part: Part,
+    /// Cycles between the kernel before and its first block.
+    pub gap: u64,
+    /// Warp instructions.
+    pub instructions: u64,
+    /// Exponentials, warp by warp.
+    pub exponentials: u64,
+    /// Bytes through the L2 cache.
+    pub l2: u64,
+    /// Bytes that it reads from and writes to the memory.
+    pub memory: [u64; 2],
+    /// Where these begin.
+    place: [u64; 2],
+    /// For how many cycles each multiprocessor computes.
+    pub computes: Vec<u64>,
+}
+
+/// The kernels of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kernels {
+    /// In their order.
+    pub all: Vec<Kernel>,
+    warps: Arc<FrameWarps>,
+    filtered: Arc<Filtered>,
+    /// (Pixel, Gaussian) pairs that are needed.
+    live: u64,
+    /// First byte behind everything.
+    end: u64,
+}
+
+/// Instructions of a warp for a value of the prefix sum, and for a key whose tile is looked at.
+const SCANNED: u64 = 10;
+
+/// Bytes of a number of pairs, of where it begins, and of where the pairs of a tile do.
+const COUNT: u64 = 4;
+const RANGE: u64 = 8;
+
+impl Kernels {
+    /// Those of a frame on a machine.
+    pub fn new(machine: &Machine, workload: &FrameWorkload, memo: &Memo) -> Kernels {
+        let m = machine.gpu();
+        let warps = memo.get(WarpShape::of(m), |shape| FrameWarps::new(workload, shape));
+        let sectors = m.blend.feature.0.div_ceil(m.l2.sector.0.max(1)) * m.l2.sector.0;
+        let key = FilterKey {
+            capacity: m.l2.capacity.0,
+            entry: m.blend.entry.0,
+            feature: sectors,
+            geometry: workload.geometry,
+        };
+        let filtered = memo.get(key, |key| Filtered::new(workload, key));
+        let mut make = Maker { machine, m, all: Vec::new() };
+        let (points, tiles) = (workload.counters.points, workload.tiles.len() as u64);
+        let pairs = workload.counters.tile_pairs;
+        let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
+
+        // Arrays lie one after the other: the scene, what is made of it, pairs twice, the image.
+        let c = &m.convert;
+        let [alive, seen] = warps.gaussians;
+        let degree = c.colour.0 * workload.sh_degree.coefficients() / 16;
+        let scene = points * (c.position.0 + c.shape.0 + c.colour.0);
+        let made = scene + points * (c.mark.0 + c.covariance.0 + c.result.0 + 2 * COUNT);
+        let pair = m.pairs.key.0 + m.pairs.value.0;
+        let sorted = made + pairs * pair;
+        let image = sorted + pairs * pair + tiles * RANGE;
+
+        let [all, projected, shaded] = warps.converting;
+        let read = points * c.position.0 + alive * c.shape.0 + seen * degree;
+        let written = points * c.mark.0 + alive * c.covariance.0 + seen * c.result.0;
+        let [test, project, shade] = [c.test, c.project, c.shade].map(u64::from);
+        let instructions = all * test + projected * project + shaded * shade;
+        make.even(Part::Convert, instructions, [read, written], ([0, scene], read + written));
+        let counts = points * COUNT;
+        let moved = make.kept([counts, counts]);
+        make.even(Part::Pairs, of_warps(points) * SCANNED, moved, ([scene, made], 2 * counts));
+        let read = points * COUNT + seen * m.pairs.read.0;
+        let instructions =
+            all * u64::from(m.pairs.gaussian) + warps.pair_steps * u64::from(m.pairs.pair);
+        let moved = make.kept([read, pairs * pair]);
+        make.even(Part::Pairs, instructions, moved, ([scene, made], read + pairs * pair));
+        make.last().gap += make_gap(machine, m.launch.readback);
+
+        let (keys, whole) = (pairs * m.pairs.key.0, pairs * pair);
+        let of_keys = of_warps(pairs) * u64::from(m.radix.instructions);
+        let count = |make: &mut Maker| {
+            let moved = make.kept([keys, 0]);
+            make.even(Part::Sort, of_warps(pairs) * SCANNED, moved, ([made, sorted], keys));
+        };
+        if m.radix.count == DigitCount::Once {
+            count(&mut make);
+        }
+        for pass in 0..m.passes(tiles) {
+            if m.radix.count == DigitCount::EachPass {
+                count(&mut make);
+            }
+            let place = if pass % 2 == 0 { [made, sorted] } else { [sorted, made] };
+            let moved = make.kept([whole, whole]);
+            make.even(Part::Sort, of_keys, moved, (place, 2 * whole));
+        }
+        let moved = make.kept([keys, tiles * RANGE]);
+        let ranges = of_warps(pairs) * SCANNED;
+        make.even(Part::Sort, ranges, moved, ([sorted, image - tiles * RANGE], keys));
+
+        make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
+        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        Kernels {
+            all: make.all,
+            end: image + pixels * m.blend.pixel.0,
+            live: workload.counters.alpha_evaluations,
+            warps,
+            filtered,
+        }
+    }
+}
+
+/// Cycles of a time.
+fn make_gap(machine: &Machine, time: Nanoseconds) -> u64 {
+    (time.0 * 1e-9 * machine.clock.0).ceil() as u64
+}
+
+/// Makes kernels.
+struct Maker<'a> {
+    machine: &'a Machine,
+    m: &'a Gpu,
+    all: Vec<Kernel>,
+}
+
+impl Maker<'_> {
+    fn last(&mut self) -> &mut Kernel {
+        self.all.last_mut().expect("a kernel was made")
+    }
+
+    /// What of an array that the kernel before wrote, and of one that the next reads, goes through
+    /// the memory.
+    fn kept(&self, [read, written]: [u64; 2]) -> [u64; 2] {
+        if read + written <= self.m.l2.capacity.0 { [0, 0] } else { [read, written] }
+    }
+
+    /// A kernel whose blocks are all alike: multiprocessors compute for the same time.
+    fn even(
+        &mut self,
+        part: Part,
+        instructions: u64,
+        memory: [u64; 2],
+        (place, l2): ([u64; 2], u64),
+    ) {
+        let sm = &self.m.sm;
+        let registers = self.m.convert.registers;
+        let warps = sm.resident(BLOCK, registers, 0) * BLOCK.div_ceil(WARP);
+        let issue = sm.issue().min(f64::from(warps) / f64::from(sm.interval));
+        let cycles = instructions as f64 / (issue * f64::from(sm.units));
+        self.all.push(Kernel {
+            part,
+            gap: make_gap(self.machine, self.m.launch.gap),
+            instructions,
+            exponentials: 0,
+            l2,
+            memory,
+            place,
+            computes: vec![(cycles.ceil() as u64).max(1); sm.units as usize],
+        });
+    }
+
+    /// The blending kernel.
+    fn blend(
+        &mut self,
+        workload: &FrameWorkload,
+        warps: &FrameWarps,
+        (filtered, sectors): (&Filtered, u64),
+        place: [u64; 2],
+    ) {
+        let (sm, b) = (&self.m.sm, &self.m.blend);
+        let finish = b.block_warps() * u64::from(b.finish);
+        let special = f64::from(WARP) / f64::from(sm.special);
+        let block = |block: &warps::BlockWarps| {
+            let pairs = [block.evaluated, block.blended];
+            let issued = (b.instructions(pairs) + finish) as f64 / sm.issue();
+            let work = issued.max(b.exponentials(pairs) as f64 * special);
+            let longest = b.instructions(block.longest.map(u64::from)) + u64::from(b.finish);
+            let batches = u64::from(block.loaded.div_ceil(b.batch));
+            let alone = longest * u64::from(sm.interval) + batches * u64::from(b.latency);
+            Block { work, alone: (alone as f64).max(work) }
+        };
+        let ends = blocks::ends(warps.blocks.iter().map(block), sm.units, self.m.blending());
+        let pairs = warps.pairs();
+        let tiles = workload.tiles.len() as u64;
+        let loaded: u64 = workload.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
+        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        let lists = loaded * b.entry.0 + tiles * RANGE;
+        self.all.push(Kernel {
+            part: Part::Blend,
+            gap: make_gap(self.machine, self.m.launch.gap),
+            instructions: b.instructions(pairs) + tiles * finish,
+            exponentials: b.exponentials(pairs),
+            l2: lists + loaded * sectors + pixels * b.pixel.0,
+            memory: [lists + filtered.misses * sectors, pixels * b.pixel.0],
+            place,
+            computes: ends.into_iter().map(|cycles| (cycles.ceil() as u64).max(1)).collect(),
+        });
+    }
+}
+
+/// The kernels on their way.
+struct Stream<'a, O> {
+    m: &'a Gpu,
+    kernels: &'a Kernels,
+    memory: Memory<'a, Ranges>,
+    /// The kernel at work, or the next one.
+    at: usize,
+    /// When it began, and what it has asked for; `None` before.
+    running: Option<(u64, [Arrival; 2])>,
+    /// When the kernel before ended.
+    ended: u64,
+    ledgers: Vec<Ledger>,
+    /// When kernels of each part ended, and for how long they worked.
+    parts: [u64; Part::ALL.len()],
+    converted: u64,
+    launching: u64,
+    observer: &'a mut O,
+}
+
+impl<O: Observer> Stream<'_, O> {
+    /// Says what multiprocessors did until now: in front of a kernel nothing; then they compute,
+    /// have no block left, and wait for what the kernel moves.
+    fn book(&mut self, kernel: &Kernel, began: u64, now: u64) {
+        let computed = began + kernel.computes.iter().copied().max().unwrap_or(0);
+        for (ledger, own) in self.ledgers.iter_mut().zip(&kernel.computes) {
+            let observer = &mut *self.observer;
+            ledger.book(State::Stalled(stages::LAUNCH), self.ended, began, observer);
+            ledger.book(State::Busy(0), began, began + own, observer);
+            ledger.book(State::Idle, began + own, computed, observer);
+            ledger.book(State::Stalled(kernel.part.waits()), computed, now, observer);
+        }
+        self.launching += began - self.ended;
+        self.parts[kernel.part as usize] += now - began;
+        if kernel.part == Part::Convert {
+            self.converted = now;
+        }
+    }
+}
+
+impl<O: Observer> kernel::Agents for Stream<'_, O> {
+    fn step(&mut self, _: usize, now: u64) -> u64 {
+        let kernels = self.kernels;
+        while let Some(kernel) = kernels.all.get(self.at) {
+            let Some((began, arrivals)) = self.running else {
+                let begins = self.ended + kernel.gap;
+                if begins > now {
+                    return begins;
+                }
+                let mut ask = |i: usize| {
+                    let bytes = kernel.memory[i];
+                    let stream = STREAMS.id(kernel.part.streams()[i]);
+                    let place = [kernel.place[i], bytes];
+                    let request = Request { owner: 0, stream, bytes };
+                    match bytes {
+                        0 => Arrival::NOW,
+                        _ => self.memory.issue(now, request, |_| place, self.observer),
+                    }
+                };
+                let arrivals = [ask(0), ask(1)];
+                self.running = Some((now, arrivals));
+                continue;
+            };
+            let computes = kernel.computes.iter().copied().max().unwrap_or(0);
+            let cached = kernel.l2.div_ceil(u64::from(self.m.l2.bytes_per_cycle));
+            let moved = arrivals.map(|arrival| self.memory.at(arrival));
+            let ends = moved.into_iter().fold(began + computes.max(cached), u64::max);
+            if ends > now {
+                return ends;
+            }
+            self.book(kernel, began, now);
+            (self.running, self.ended) = (None, now);
+            self.at += 1;
+        }
+        NEVER
+    }
+
+    fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        self.memory.advance(until)
+    }
+}
+
+/// What a run on its device says of a machine's memory, where that is `calibrated`.
+fn calibration(machine: &Machine, kernels: &Kernels, memo: &Memo) -> Option<Arc<Calibration>> {
+    let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
+        through(reference, kernels, None, recorder).1
+    };
+    Reference::calibration(machine, memo, |_| {}, run, (&STREAMS, true))
+}
+
+fn through<O: Observer>(
+    machine: &Machine,
+    kernels: &Kernels,
+    calibration: Option<&Calibration>,
+    observer: &mut O,
+) -> (FlowOutcome, Option<Recording>) {
+    let m = machine.gpu();
+    let mut stream = Stream {
+        m,
+        kernels,
+        memory: Memory::new(Ranges { end: kernels.end }, &STREAMS, machine, calibration),
+        at: 0,
+        running: None,
+        ended: 0,
+        ledgers: (0..m.sm.units).map(|n| Ledger::new(SM, n)).collect(),
+        parts: [0; Part::ALL.len()],
+        converted: 0,
+        launching: 0,
+        observer,
+    };
+    drive(&mut stream, 0..1, 0);
+    let end = stream.ended;
+    stream.memory.close(end);
+    let timing = FrameTiming {
+        frame: end,
+        preprocessing_end: stream.converted,
+        units: vec![cycles(SM, 1, stream.ledgers.iter())],
+        dram: stream.memory.usage(),
+        buffers: Vec::new(),
+        tile_cycles: Histogram::EMPTY,
+    };
+    let mut actions = ActionCounts::default();
+    for kernel in &kernels.all {
+        let phase = kernel.part.phase();
+        let [read, written] = kernel.memory;
+        let all = [
+            (INSTRUCTION, kernel.instructions),
+            (EXPONENTIAL, kernel.exponentials),
+            (L2_BYTE, kernel.l2),
+            (DRAM_READ, read),
+            (DRAM_WRITE, written),
+        ];
+        all.into_iter().for_each(|(action, n)| actions.charge(phase, action, n));
+    }
+    let [evaluated, _] = kernels.warps.pairs();
+    let slots = evaluated * u64::from(WARP);
+    let outcome = FlowOutcome {
+        live_evaluations: kernels.live,
+        kernels: Some(KernelSummary {
+            parts: stream.parts,
+            launching: stream.launching,
+            hits: kernels.filtered.hits,
+            misses: kernels.filtered.misses,
+            slots,
+            live: kernels.live,
+        }),
+        ..FlowOutcome::plain(timing, actions, stream.memory.traffic(), slots)
+    };
+    (outcome, stream.memory.recording())
+}

@@ -1,0 +1,86 @@
+//! Keys of a GPU that contradict each other.
+
+use super::{BlendSpec, WARP};
+use crate::machine::Machine;
+use crate::machine::check::{Contradiction, Found, SIZE_MAX};
+
+/// How far the bandwidth of a data sheet may be from that of its bus: they are rounded.
+const ROUNDED: f64 = 0.02;
+
+pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
+    let (m, mut found) = (machine.gpu(), Found::default());
+    let sizes = [
+        ("sm.shared", m.sm.shared),
+        ("l2.capacity", m.l2.capacity),
+        ("l2.sector", m.l2.sector),
+        ("convert.position", m.convert.position),
+        ("convert.shape", m.convert.shape),
+        ("convert.colour", m.convert.colour),
+        ("convert.mark", m.convert.mark),
+        ("convert.covariance", m.convert.covariance),
+        ("convert.result", m.convert.result),
+        ("pairs.key", m.pairs.key),
+        ("pairs.value", m.pairs.value),
+        ("pairs.read", m.pairs.read),
+        ("blend.entry", m.blend.entry),
+        ("blend.feature", m.blend.feature),
+        ("blend.shared", m.blend.shared),
+        ("blend.pixel", m.blend.pixel),
+    ];
+    for (key, size) in sizes {
+        if size > SIZE_MAX {
+            found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}"));
+        }
+    }
+    let bus = f64::from(m.bus.width) / 8.0 * m.bus.gigabits;
+    let rate = machine.dram.bandwidth.filter(|_| !machine.dram.has_device());
+    let peak = rate.map_or(bus, |rate| rate.0 / 1e9);
+    if (peak / bus - 1.0).abs() > ROUNDED {
+        let message = format!(
+            "`dram.bandwidth` = {peak} GB/s is not that of its bus: {} bits at {} Gbit/s are \
+             {bus:.1} GB/s",
+            m.bus.width, m.bus.gigabits
+        );
+        found.add("bus.width", message);
+    }
+    for (key, value) in [("blend.tile", m.blend.tile), ("blend.warp-width", m.blend.warp_width)] {
+        if !value.is_power_of_two() {
+            found.add(key, format!("`{key}` = {value} must be a power of two"));
+        }
+    }
+    let BlendSpec { tile, warp_width: wide, .. } = m.blend;
+    let high = WARP / wide.clamp(1, WARP);
+    if wide > tile || high > tile {
+        let message = format!(
+            "`blend.warp-width` = {wide}: the {wide}x{high} pixels of a warp do not fit into a tile \
+             of {tile}x{tile} (`blend.tile`)"
+        );
+        found.add("blend.warp-width", message);
+    }
+    if m.blending() == 0 {
+        let threads = tile * tile;
+        let message = format!(
+            "no block of {threads} threads fits into a multiprocessor: it takes {} of {} registers, \
+             {} of {} warps and {} B of {} shared memory",
+            threads * m.blend.registers,
+            m.sm.registers,
+            threads.div_ceil(WARP),
+            m.sm.warps,
+            u64::from(m.blend.batch) * m.blend.shared.0,
+            m.sm.shared
+        );
+        found.add("blend.registers", message);
+    }
+    if m.sm.resident(super::BLOCK, m.convert.registers, 0) == 0 {
+        let message = format!(
+            "no block of {} threads of {} registers (`convert.registers`) fits into a \
+             multiprocessor of {} registers and {} warps",
+            super::BLOCK,
+            m.convert.registers,
+            m.sm.registers,
+            m.sm.warps
+        );
+        found.add("convert.registers", message);
+    }
+    found.all()
+}

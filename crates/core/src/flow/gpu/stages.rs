@@ -1,0 +1,79 @@
+//! The one stage of a GPU: its multiprocessors run every kernel.
+
+use super::{SmSpec, WARP};
+use crate::kernel::stream::{reads, writes};
+use crate::stage::{
+    Bias, From, StageDecl, Stall, WaitDecl, double, omit, part, stage_id, work, work_id,
+};
+use powergs_energy::action::{ActionId, Phase, StageId};
+
+/// What it declares.
+pub const SM_DECL: StageDecl = StageDecl {
+    units: Some(|m| m.of_type::<SmSpec>().units),
+    works: &[
+        work("warp-instruction", WARP, "One instruction of a warp, whatever its threads do.")
+            .a_cycle(|m| m.of_type::<SmSpec>().issue()),
+        work("warp-exponential", 0, "The exponential of an alpha, a warp of them.")
+            .a_cycle(|m| f64::from(m.of_type::<SmSpec>().special) / f64::from(WARP)),
+        work("l2-byte", 0, "One byte between the L2 cache and a multiprocessor."),
+    ],
+    streams: &[
+        reads("scene", "Gaussians, as stored", &[], ["splats", "keys-in"])
+            .of(Phase::Preprocessing),
+        writes("results", "converted Gaussians", ["pairs-out", "keys-out"])
+            .of(Phase::Preprocessing),
+        reads("counts", "numbers of pairs, and what keys are made of", &[], ["keys-in", "scene"])
+            .of(Phase::Sorting),
+        writes("pairs-out", "pairs in the order of storage", ["keys-out", "results"])
+            .of(Phase::Sorting),
+        reads("keys-in", "pairs in front of a pass", &["pairs-out"], ["counts", "scene"])
+            .of(Phase::Sorting),
+        writes("keys-out", "pairs behind a pass", ["pairs-out", "results"]).of(Phase::Sorting),
+        reads("splats", "lists of tiles, and their Gaussians", &["results"], ["scene", "keys-in"])
+            .scattered()
+            .of(Phase::Rendering),
+        writes("picture", "finished pixels", ["pairs-out", "results"]).of(Phase::Rendering),
+    ],
+    parts: &[part("lanes", "Lanes of single precision.", |m| {
+        f64::from(m.of_type::<SmSpec>().lanes)
+    })],
+    waits: &[WaitDecl {
+        name: "launch",
+        what: "the next kernel",
+        short: "launch",
+        because: "the next kernel had not been launched",
+        symbol: 'g',
+        from: From::Neighbour,
+    }],
+    also_waits: &["records", "spill", "features"],
+    doubles: &[
+        double("sm.units", &["sm.units"], &["A137"]),
+        double("sm.lanes, schedulers", &["sm.lanes", "sm.special", "sm.schedulers"], &["A137"]),
+        double("l2.capacity", &["l2.capacity"], &["A139"]),
+        double("dram.bandwidth, its bus", &["dram.bandwidth", "bus.width"], &["A4"]),
+    ],
+    omits: &[
+        omit("conflicts of banks of shared memory, misses of instruction caches", Bias::Optimistic, ""),
+        omit("kernels that overlap in their ends and beginnings", Bias::Pessimistic, "A138"),
+        omit("clocks that fall under load", Bias::Optimistic, ""),
+    ],
+    behind: &["A137", "A138", "A139"],
+    ..StageDecl::new(
+        "sm",
+        "streaming multiprocessors (SM)",
+        Phase::Rendering,
+        "Multiprocessors of a GPU: they run the kernels that convert, pair, sort and blend. Keys: \
+         `sm`, `convert`, `pairs`, `radix`, `blend`.",
+    )
+};
+
+/// The stage.
+pub const SM: StageId = stage_id("sm");
+/// An instruction of a warp.
+pub const INSTRUCTION: ActionId = work_id("warp-instruction");
+/// Exponentials of a warp.
+pub const EXPONENTIAL: ActionId = work_id("warp-exponential");
+/// A byte through the L2 cache.
+pub const L2_BYTE: ActionId = work_id("l2-byte");
+/// Waits for the next kernel.
+pub const LAUNCH: Stall = Stall::of("launch");
