@@ -27,6 +27,7 @@ use powergs_base::config::embedded::{Embedded, MACHINES};
 use powergs_base::config::schema_of;
 use powergs_base::config::suggest::nearest;
 use powergs_base::number::NumberFormat;
+use powergs_base::quantity::BytesPerSecond;
 use powergs_energy::action::Inventory;
 use powergs_frame::scene::{Eye, ShDegree};
 use powergs_frame::splat::Counters;
@@ -41,8 +42,8 @@ pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{
-    CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary, RegionWork,
-    StereoSummary,
+    CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary,
+    RegionWork, StereoSummary,
 };
 
 /// A dataflow.
@@ -115,6 +116,11 @@ pub trait Dataflow: Sync {
     fn timing(&self, machine: &Machine) -> Vec<u8> {
         let all = (machine.clock, machine.tables.to_toml());
         serde_json::to_vec(&all).expect("a machine has only tables, numbers and strings")
+    }
+
+    /// Peak rate of the memory of a machine without a device, where its tables say it.
+    fn memory_rate(&self, _machine: &Machine) -> Option<BytesPerSecond> {
+        None
     }
 
     /// The numbers that its units compute with, where the machine says.
@@ -332,8 +338,7 @@ pub struct FlowDecl {
 }
 
 /// The dataflows of this program.
-pub const FLOWS: [FlowDecl; 4] =
-    [tile_wise::FLOW, resident::FLOW, gpu::FLOW, recorded::FLOW];
+pub const FLOWS: [FlowDecl; 4] = [tile_wise::FLOW, resident::FLOW, gpu::FLOW, recorded::FLOW];
 
 /// Those from outside of the program.
 static REGISTERED: Mutex<Vec<&'static dyn Dataflow>> = Mutex::new(Vec::new());

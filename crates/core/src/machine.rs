@@ -384,7 +384,7 @@ impl Machine {
     }
 
     /// Peak rate of its external memory: that of the device with this machine's channels, or the
-    /// one of `dram.bandwidth` where there is no device.
+    /// one of `dram.bandwidth` where there is no device, or that of its dataflow's own tables.
     ///
     /// # Panics
     /// When the machine names a device and [`Machine::link`] was never called.
@@ -392,7 +392,10 @@ impl Machine {
         match (&self.device, self.dram.bandwidth) {
             (Some(device), _) => BytesPerSecond(device.peak_gb_s() * 1e9),
             (None, Some(bandwidth)) => bandwidth,
-            (None, None) => panic!("a machine is linked to its DRAM device"),
+            (None, None) => {
+                let own = self.flow().memory_rate(self);
+                own.expect("a machine is linked to its DRAM device")
+            }
         }
     }
 

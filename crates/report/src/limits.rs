@@ -138,8 +138,8 @@ const PAGE: &str = "\
 Every report of the `cycle` model ends with this list (`summary.md`, `not_modelled` in `--json`). \
 *Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
 time. The A-numbers are explained in [model-accel.md](model-accel.md), \
-[model-resident.md](model-resident.md), [elsewhere.md](elsewhere.md) and \
-[model.md](model.md). \
+[model-resident.md](model-resident.md), [model-gpu.md](model-gpu.md), \
+[elsewhere.md](elsewhere.md) and [model.md](model.md). \
 Beside it a report names the assumptions that mattered most in that run: those behind the \
 resources that move the frame time by 3 % or more when they are doubled (`--what-if`), those whose \
 prices move the power by 3 % or more, and those without such a knob behind every part of 15 % or \

@@ -6,10 +6,10 @@
 //! thread for each pair finds where tiles begin; and a block of threads for each tile blends its
 //! list, a thread for each pixel, until all have stopped.
 //!
-//! A kernel takes as long as what takes longest of it: its warp instructions over the issue slots of
-//! the multiprocessors (of the blending kernel block by block, [`blocks`]), what passes through the
-//! L2 cache over its rate, and what passes through the memory. An array that one kernel writes and
-//! the next reads stays in the L2 cache if everything that the kernel touches fits there (A139).
+//! A kernel takes as long as what takes longest of it: its warp instructions over the issue slots
+//! of the multiprocessors (of the blending kernel block by block, [`blocks`]), what passes through
+//! the L2 cache over its rate, and what passes through the memory. An array that one kernel writes
+//! and the next reads stays in the L2 cache if everything that the kernel touches fits there (A139).
 //! Between two kernels passes `launch.gap`.
 
 pub mod blocks;
@@ -35,7 +35,7 @@ use crate::machine::Machine;
 use crate::machine::check::Contradiction;
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall};
 use crate::workload::FrameWorkload;
-use powergs_base::quantity::Nanoseconds;
+use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
 use powergs_energy::action::{ActionCounts, Phase};
 
 pub use stages::SM_DECL;
@@ -88,6 +88,10 @@ impl Dataflow for GpuFlow {
         check::problems(machine)
     }
 
+    fn memory_rate(&self, machine: &Machine) -> Option<BytesPerSecond> {
+        Some(machine.gpu().bus.rate())
+    }
+
     fn tile(&self, machine: &Machine, _: [u32; 2]) -> [u32; 2] {
         [machine.gpu().blend.tile; 2]
     }
@@ -102,7 +106,10 @@ impl Dataflow for GpuFlow {
         if workload.fovea.is_some() {
             let why = "it is foveated, and a GPU shows no levels here; extract the trace without a \
                        gaze, or take another machine (`gscore`)";
-            return Err(Incompatible::Other { machine: task.machine.name.clone(), why: why.into() });
+            return Err(Incompatible::Other {
+                machine: task.machine.name.clone(),
+                why: why.into(),
+            });
         }
         Ok(())
     }

@@ -29,7 +29,7 @@ pub(crate) const OMITS: [OmitDecl; 4] = [
 /// What twice the memory is.
 pub(crate) const DOUBLES: [DoubleDecl; 3] = [
     DoubleDecl {
-        is_there: |m| !m.dram.has_device(),
+        is_there: |m| !m.dram.has_device() && m.dram.bandwidth.is_some(),
         ..double("dram.bandwidth", &["dram.bandwidth"], &["A4", "A5"])
     },
     DoubleDecl {

@@ -115,14 +115,15 @@ fn memory(m: &Machine, found: &mut Found) {
     if dram.has_device() {
         return;
     }
-    if dram.bandwidth.is_none() {
+    let rate = dram.bandwidth.or_else(|| m.flow().memory_rate(m));
+    if rate.is_none() {
         let message = format!(
             "`dram.device` = \"{NO_DEVICE}\" needs `dram.bandwidth`, the peak rate of the memory: \
              add e.g. `bandwidth = \"51.2 GB/s\"`, or name a device"
         );
         found.add("dram.bandwidth", message);
     }
-    if dram.bandwidth.is_some()
+    if rate.is_some()
         && let Some(message) = taken(m)
     {
         found.add("dram.second-master.rate", message);

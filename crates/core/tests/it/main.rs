@@ -8,6 +8,7 @@ mod config;
 mod contract;
 mod energy;
 mod foveated;
+mod gpu;
 mod kept_lists;
 mod knobs;
 mod oracle_memory;

@@ -97,6 +97,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
                 inversions: n / 40,
             })),
             cache: Some(CacheSummary { hits: n, misses: n / 2 }),
+            kernels: None,
             stereo: Some(StereoSummary {
                 handed_on: n,
                 entries: 2 * n,

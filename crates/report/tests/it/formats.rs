@@ -24,6 +24,7 @@ fn assumptions_of_the_limits_are_documented() {
         include_str!("../../../../docs/model.md"),
         include_str!("../../../../docs/model-accel.md"),
         include_str!("../../../../docs/model-resident.md"),
+        include_str!("../../../../docs/model-gpu.md"),
         include_str!("../../../../docs/elsewhere.md"),
     ];
     for effect in not_modelled() {

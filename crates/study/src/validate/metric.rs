@@ -1,6 +1,7 @@
 //! What is measured for a row.
 
 use super::totals::Totals;
+use powergs_core::flow::gpu::Part;
 use powergs_core::stage::{hardware, stage};
 use powergs_energy::action::StageId;
 
@@ -23,6 +24,10 @@ pub enum Metric {
     PeakPower,
     /// Energy of the chip without its DRAM per frame, mJ.
     Energy,
+    /// Energy of a frame, DRAM included, mJ.
+    FrameEnergy,
+    /// Share of the kernels of a GPU in the time of all.
+    KernelShare(Part),
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
@@ -113,7 +118,7 @@ type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics but those of blocks.
-    const WHOLE: [Metric; 30] = [
+    const WHOLE: [Metric; 35] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -122,6 +127,11 @@ impl Metric {
         Metric::Power,
         Metric::PeakPower,
         Metric::Energy,
+        Metric::FrameEnergy,
+        Metric::KernelShare(Part::Convert),
+        Metric::KernelShare(Part::Pairs),
+        Metric::KernelShare(Part::Sort),
+        Metric::KernelShare(Part::Blend),
         Metric::EnergyRatio,
         Metric::EdpRatio,
         Metric::RasterUtilisation,
@@ -162,6 +172,11 @@ impl Metric {
             Metric::Power => ("power", "W", false, true),
             Metric::PeakPower => ("peak_power", "W", false, false),
             Metric::Energy => ("energy", "mJ", false, true),
+            Metric::FrameEnergy => ("frame_energy", "mJ", false, true),
+            Metric::KernelShare(Part::Convert) => ("convert_share", "", false, true),
+            Metric::KernelShare(Part::Pairs) => ("pairs_share", "", false, true),
+            Metric::KernelShare(Part::Sort) => ("sort_share", "", false, true),
+            Metric::KernelShare(Part::Blend) => ("blend_share", "", false, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
             Metric::RasterUtilisation => ("raster_utilisation", "", false, true),
@@ -244,6 +259,10 @@ impl Metric {
             Metric::Power => of.chip_pj * 1e-12 / of.seconds,
             Metric::PeakPower => of.peak_w?,
             Metric::Energy => of.chip_pj * 1e-9 / frames,
+            Metric::FrameEnergy => (of.chip_pj + of.dram_pj) * 1e-9 / frames,
+            Metric::KernelShare(part) => {
+                of.kernel_seconds[part as usize] / of.kernel_seconds.iter().sum::<f64>()
+            }
             Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
             Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,
             Metric::RasterUtilisation => of.live_evaluations as f64 / of.vru_active as f64,

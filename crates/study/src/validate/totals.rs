@@ -1,6 +1,7 @@
 //! What a machine did with the frames of a workload.
 
 use super::Block;
+use powergs_core::flow::gpu::Part;
 use powergs_core::flow::tile_wise::TileWise;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
@@ -28,6 +29,8 @@ pub struct Totals {
     pub seconds: f64,
     /// Time after preprocessing.
     pub tile_seconds: f64,
+    /// Time of the kernels that convert, pair, sort and blend, where the machine is a GPU.
+    pub kernel_seconds: [f64; Part::ALL.len()],
     /// Energy of the chip without its DRAM.
     pub chip_pj: f64,
     /// Energy of the DRAM: accesses, refresh and background.
@@ -90,7 +93,12 @@ impl Totals {
         self.survivors += report.counters.survivors;
         self.fetched += report.counters.fetched_points;
         if let Some(tiles) = tiles {
-            self.add_lists(tiles, machine.tiles(), report);
+            self.tile_pairs += tiles.counters.tile_pairs;
+            self.lists += tiles.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
+            // What is known of their pixels is known of tile-wise machines.
+            if let Some(machine) = machine.tables.get() {
+                self.add_lists(tiles, machine, report);
+            }
         }
     }
 
@@ -100,8 +108,6 @@ impl Totals {
             Some(ListOrder::Sorted(_)) | None => None,
         };
         let pairs = reuse.map_or(workload.counters.tile_pairs, |reuse| reuse.new);
-        self.tile_pairs += workload.counters.tile_pairs;
-        self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
         let features = workload.counters.intersecting_points * machine.record.projected.0;
         self.list_bytes_written += match machine.list_shape() {
             Some(_) => report.stages[Phase::Preprocessing as usize].write.saturating_sub(features),
@@ -120,6 +126,10 @@ impl Totals {
     fn add_cycles(&mut self, cycle: &CycleReport) {
         let timing = &cycle.timing;
         self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;
+        let parts = cycle.kernels.map_or([0; Part::ALL.len()], |kernels| kernels.parts);
+        for (sum, cycles) in self.kernel_seconds.iter_mut().zip(parts) {
+            *sum += cycles as f64 / cycle.clock.0;
+        }
         self.moved_bytes += timing.dram.commands.as_ref().map_or(0, DramCommands::moved_bytes);
         self.live_evaluations += cycle.live_evaluations;
         self.executed_evaluations += cycle.executed_evaluations;

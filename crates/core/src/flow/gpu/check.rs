@@ -32,16 +32,16 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
             found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}"));
         }
     }
-    let bus = f64::from(m.bus.width) / 8.0 * m.bus.gigabits;
+    let bus = m.bus.rate().0 / 1e9;
     let rate = machine.dram.bandwidth.filter(|_| !machine.dram.has_device());
     let peak = rate.map_or(bus, |rate| rate.0 / 1e9);
     if (peak / bus - 1.0).abs() > ROUNDED {
         let message = format!(
             "`dram.bandwidth` = {peak} GB/s is not that of its bus: {} bits at {} Gbit/s are \
-             {bus:.1} GB/s",
+             {bus:.1} GB/s; leave it out, or set the other",
             m.bus.width, m.bus.gigabits
         );
-        found.add("bus.width", message);
+        found.add("dram.bandwidth", message);
     }
     for (key, value) in [("blend.tile", m.blend.tile), ("blend.warp-width", m.blend.warp_width)] {
         if !value.is_power_of_two() {
@@ -52,16 +52,16 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
     let high = WARP / wide.clamp(1, WARP);
     if wide > tile || high > tile {
         let message = format!(
-            "`blend.warp-width` = {wide}: the {wide}x{high} pixels of a warp do not fit into a tile \
-             of {tile}x{tile} (`blend.tile`)"
+            "`blend.warp-width` = {wide}: the {wide}x{high} pixels of a warp do not fit into a \
+             tile of {tile}x{tile} (`blend.tile`)"
         );
         found.add("blend.warp-width", message);
     }
     if m.blending() == 0 {
         let threads = tile * tile;
         let message = format!(
-            "no block of {threads} threads fits into a multiprocessor: it takes {} of {} registers, \
-             {} of {} warps and {} B of {} shared memory",
+            "no block of {threads} threads fits into a multiprocessor: it takes {} of {} \
+             registers, {} of {} warps and {} B of {} shared memory",
             threads * m.blend.registers,
             m.sm.registers,
             threads.div_ceil(WARP),

@@ -3,7 +3,7 @@
 use super::{SmSpec, WARP};
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
-    Bias, From, StageDecl, Stall, WaitDecl, double, omit, part, stage_id, work, work_id,
+    Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, double, omit, part, stage_id, work, work_id,
 };
 use powergs_energy::action::{ActionId, Phase, StageId};
 
@@ -18,8 +18,7 @@ pub const SM_DECL: StageDecl = StageDecl {
         work("l2-byte", 0, "One byte between the L2 cache and a multiprocessor."),
     ],
     streams: &[
-        reads("scene", "Gaussians, as stored", &[], ["splats", "keys-in"])
-            .of(Phase::Preprocessing),
+        reads("scene", "Gaussians, as stored", &[], ["splats", "keys-in"]).of(Phase::Preprocessing),
         writes("results", "converted Gaussians", ["pairs-out", "keys-out"])
             .of(Phase::Preprocessing),
         reads("counts", "numbers of pairs, and what keys are made of", &[], ["keys-in", "scene"])
@@ -50,10 +49,17 @@ pub const SM_DECL: StageDecl = StageDecl {
         double("sm.units", &["sm.units"], &["A137"]),
         double("sm.lanes, schedulers", &["sm.lanes", "sm.special", "sm.schedulers"], &["A137"]),
         double("l2.capacity", &["l2.capacity"], &["A139"]),
-        double("dram.bandwidth, its bus", &["dram.bandwidth", "bus.width"], &["A4"]),
+        DoubleDecl {
+            is_there: |m| !m.dram.has_device() && m.dram.bandwidth.is_none(),
+            ..double("bus.width", &["bus.width"], &["A4"])
+        },
     ],
     omits: &[
-        omit("conflicts of banks of shared memory, misses of instruction caches", Bias::Optimistic, ""),
+        omit(
+            "conflicts of banks of shared memory, misses of instruction caches",
+            Bias::Optimistic,
+            "",
+        ),
         omit("kernels that overlap in their ends and beginnings", Bias::Pessimistic, "A138"),
         omit("clocks that fall under load", Bias::Optimistic, ""),
     ],

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::machine::Machine;
 use crate::workload::{Cull, FrameDetail, Geometry};
-use powergs_base::quantity::{Bytes, Nanoseconds};
+use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_frame::splat::Intersection;
 
 /// Threads of a warp.
@@ -33,11 +33,7 @@ pub struct Gpu {
     pub blend: BlendSpec,
 }
 
-crate::flow::flow_tables!(
-    Gpu,
-    super::GpuFlow,
-    [sm, l2, bus, launch, convert, pairs, radix, blend]
-);
+crate::flow::flow_tables!(Gpu, super::GpuFlow, [sm, l2, bus, launch, convert, pairs, radix, blend]);
 
 impl Machine {
     /// The tables of a GPU.
@@ -98,8 +94,8 @@ pub struct L2Spec {
     pub sector: Bytes,
 }
 
-/// The `[bus]` table: the interface of the memory as data sheets have it, which `dram.bandwidth`
-/// must agree with.
+/// The `[bus]` table: the interface of the memory as data sheets have it. `dram.bandwidth` can be
+/// left out, or must agree.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BusSpec {
@@ -243,6 +239,13 @@ pub struct BlendSpec {
     pub registers: u32,
 }
 
+impl BusSpec {
+    /// What all pins carry.
+    pub fn rate(&self) -> BytesPerSecond {
+        BytesPerSecond(f64::from(self.width) / 8.0 * self.gigabits * 1e9)
+    }
+}
+
 impl SmSpec {
     /// Warp instructions that one issues in a cycle: as many as it has schedulers, or as its lanes
     /// take.
@@ -288,7 +291,8 @@ impl Gpu {
 
     /// Passes of the sort.
     pub fn passes(&self, tiles: u64) -> u64 {
-        let bits = u64::from(self.radix.depth) + u64::from(tiles.max(2).next_power_of_two().ilog2());
+        let bits =
+            u64::from(self.radix.depth) + u64::from(tiles.max(2).next_power_of_two().ilog2());
         bits.div_ceil(u64::from(self.radix.digit))
     }
 }

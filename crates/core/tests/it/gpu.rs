@@ -1,0 +1,319 @@
+//! GPUs: warps thread by thread, the cache entry by entry, multiprocessors in small steps, and the
+//! laws of every dataflow.
+
+use std::collections::VecDeque;
+
+use powergs_base::config::embedded::MACHINES;
+use powergs_core::flow::gpu::blocks::{Block, ends};
+use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
+use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
+use powergs_core::flow::gpu::{Gpu, Kernels, Part, WARP};
+use powergs_core::kernel::Memo;
+use powergs_core::machine::Machine;
+use powergs_core::sim::contract::{Trial, broken};
+use powergs_core::workload::{FrameDetail, FrameWorkload, bin_for};
+use powergs_frame::splat::Ellipse;
+use powergs_frame::trace::{Frame, NEVER};
+
+use crate::workload::support::{dense_frame, small_frame};
+
+const SMALL: [&str; 5] =
+    ["sm.units=2", "l2.capacity=4 KiB", "blend.batch=32", "sm.interval=7", "launch.gap=1 us"];
+
+fn machine(sets: &[&str]) -> Machine {
+    let file = MACHINES.iter().find(|file| file.name == "xavier-nx").expect("a machine").complete();
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    Machine::parse_with(&file, &sets).expect("a machine")
+}
+
+fn workload(frame: &Frame, gpu: &Gpu) -> FrameWorkload {
+    bin_for(frame, gpu.geometry(), FrameDetail { pixels: true, whole: false })
+}
+
+/// A thread: its pixel, and the rank with which it stops.
+#[derive(Clone, Copy)]
+struct Thread {
+    x: u32,
+    y: u32,
+    last: u32,
+}
+
+/// Warps of a tile as the kernel has them: 32 threads of a block one after the other, which go
+/// through its pixels in rows as wide as a warp.
+fn warps_of(frame: &Frame, gpu: &Gpu, tile: usize, columns: u32) -> Vec<Vec<Thread>> {
+    let (side, wide) = (gpu.blend.tile, gpu.blend.warp_width);
+    let camera = &frame.facts.camera;
+    let [left, top] = [tile as u32 % columns * side, tile as u32 / columns * side];
+    let mut warps = Vec::new();
+    for first_row in (0..side).step_by((WARP / wide) as usize) {
+        for first_column in (0..side).step_by(wide as usize) {
+            let lanes = (0..WARP).map(|lane| {
+                let x = left + first_column + lane % wide;
+                let y = top + first_row + lane / wide;
+                (x, y)
+            });
+            let lanes = lanes.filter(|&(x, y)| x < camera.width && y < camera.height);
+            let thread = |(x, y): (u32, u32)| {
+                let last = frame.pixels.stop_rank[(y * camera.width + x) as usize];
+                Thread { x, y, last }
+            };
+            warps.push(lanes.map(thread).collect());
+        }
+    }
+    warps
+}
+
+/// What a warp does with a list: entries that it evaluates, and those in which a thread blends.
+fn run_warp(frame: &Frame, list: &[u32], threads: &[Thread]) -> [u32; 2] {
+    let mut done = vec![false; threads.len()];
+    let mut counts = [0, 0];
+    for &rank in list {
+        for (thread, done) in threads.iter().zip(&mut done) {
+            *done |= thread.last != NEVER && thread.last < rank;
+        }
+        if done.iter().all(|done| *done) {
+            break;
+        }
+        counts[0] += 1;
+        let ellipse = Ellipse::of(&frame.splats[rank as usize]);
+        let meets = |t: &Thread| {
+            let columns = ellipse.as_ref().and_then(|e| e.columns(t.y.into(), i64::from(t.y) + 1));
+            columns.is_some_and(|(first, end)| (first..end).contains(&i64::from(t.x)))
+        };
+        counts[1] += u32::from(threads.iter().zip(&done).any(|(t, done)| !done && meets(t)));
+    }
+    counts
+}
+
+#[test]
+fn warps_are_those_of_threads_one_by_one() {
+    let shapes: [&[&str]; 4] = [
+        &[],
+        &["blend.warp-width=8", "pairs.test=ellipse"],
+        &["blend.warp-width=4", "blend.tile=8", "blend.batch=7"],
+        &["blend.warp-width=32", "blend.tile=32", "sm.shared=200 KiB", "pairs.test=obb"],
+    ];
+    for seed in 0..3 {
+        let frame = small_frame(seed);
+        for sets in shapes {
+            let machine = machine(sets);
+            let gpu = machine.gpu();
+            let work = workload(&frame, gpu);
+            let ours = FrameWarps::new(&work, &WarpShape::of(gpu));
+            for (tile, block) in ours.blocks.iter().enumerate() {
+                let list = work.list_of(&work.tiles[tile]);
+                let warps = warps_of(&frame, gpu, tile, work.tiles_x);
+                let counts: Vec<[u32; 2]> =
+                    warps.iter().map(|threads| run_warp(&frame, list, threads)).collect();
+                let sum = |i: usize| counts.iter().map(|c| u64::from(c[i])).sum::<u64>();
+                assert_eq!([block.evaluated, block.blended], [sum(0), sum(1)], "{sets:?} {tile}");
+                let longest = counts.iter().map(|c| c[0]).max().unwrap_or(0);
+                assert_eq!(block.longest[0], longest);
+                assert!(counts.contains(&block.longest));
+                // The block reads whole batches until nobody needs more.
+                let batches = longest.div_ceil(gpu.blend.batch) * gpu.blend.batch;
+                assert_eq!(block.loaded, batches.min(list.len() as u32));
+            }
+            // Pairs of a thread, and of the slowest of its warp.
+            let mut pairs = vec![0_u64; frame.facts.points as usize];
+            work.list.iter().for_each(|&r| pairs[frame.splats[r as usize].index as usize] += 1);
+            let slowest = pairs.chunks(32).map(|warp| warp.iter().max().copied().unwrap_or(0));
+            assert_eq!(ours.pair_steps, slowest.sum::<u64>());
+            let with_one = pairs.chunks(32).filter(|warp| warp.iter().any(|n| *n > 0)).count();
+            assert_eq!(ours.converting[2], with_one as u64);
+        }
+    }
+}
+
+#[test]
+fn the_cache_is_a_queue_of_what_came_last() {
+    let frame = dense_frame(2);
+    let machine = machine(&["blend.batch=32"]);
+    let work = workload(&frame, machine.gpu());
+    for capacity in [0, 500, 3000, 20_000, 1 << 30] {
+        let key = FilterKey { capacity, entry: 4, feature: 96, geometry: work.geometry };
+        let mut queue: VecDeque<(Option<u32>, u64)> = VecDeque::new();
+        let (mut held, mut found) = (0, Filtered::default());
+        for tile in &work.tiles {
+            for &rank in &work.list_of(tile)[..tile.loaded as usize] {
+                let mut comes = |queue: &mut VecDeque<_>, what, bytes| {
+                    queue.push_back((what, bytes));
+                    held += bytes;
+                    // What is not wholly in it any more is gone.
+                    while held >= capacity.max(1) {
+                        let Some((_, first)) = queue.pop_front() else { break };
+                        held -= first;
+                    }
+                };
+                comes(&mut queue, None, 4);
+                if queue.iter().any(|(what, _)| *what == Some(rank)) {
+                    found.hits += 1;
+                } else {
+                    found.misses += 1;
+                    comes(&mut queue, Some(rank), 96);
+                }
+            }
+        }
+        let ours = Filtered::new(&work, &key);
+        let all = (found.hits + found.misses) as f64;
+        // What lies across the end of the cache is half in it: one entry more or less.
+        assert_eq!(ours.hits + ours.misses, found.hits + found.misses);
+        assert!((ours.hits as f64 - found.hits as f64).abs() < 0.02 * all, "{capacity}: {ours:?}");
+    }
+    let all = |capacity| {
+        let key = FilterKey { capacity, entry: 4, feature: 96, geometry: work.geometry };
+        Filtered::new(&work, &key)
+    };
+    let splats = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
+    assert!(all(1 << 40).misses <= splats, "each once where everything fits");
+    assert_eq!(all(0).hits, 0);
+}
+
+/// Blocks over multiprocessors in steps of a small time.
+fn stepped(blocks: &[Block], units: usize, resident: usize, step: f64) -> f64 {
+    let mut waiting: VecDeque<Block> = blocks.iter().copied().collect();
+    let mut at_work: Vec<Vec<(f64, f64)>> = vec![Vec::new(); units];
+    let take = |b: Block| (b.work, b.work / b.alone);
+    for _ in 0..resident {
+        for unit in &mut at_work {
+            unit.extend(waiting.pop_front().map(take));
+        }
+    }
+    let mut now = 0.0;
+    while at_work.iter().any(|unit| !unit.is_empty()) {
+        now += step;
+        for unit in &mut at_work {
+            // Shares of the issue slots: nobody gets more than he can use, what is left goes round.
+            let mut share = vec![0.0; unit.len()];
+            let mut room = 1.0_f64;
+            for _ in 0..unit.len() {
+                let hungry: Vec<usize> =
+                    (0..unit.len()).filter(|&i| share[i] < unit[i].1 - 1e-12).collect();
+                let each = room / hungry.len().max(1) as f64;
+                for i in hungry {
+                    let more = each.min(unit[i].1 - share[i]);
+                    share[i] += more;
+                    room -= more;
+                }
+            }
+            for (block, share) in unit.iter_mut().zip(share) {
+                block.0 -= share * step;
+            }
+            unit.retain(|block| block.0 > 1e-9);
+            while unit.len() < resident {
+                let Some(block) = waiting.pop_front() else { break };
+                unit.push(take(block));
+            }
+        }
+    }
+    now
+}
+
+#[test]
+fn blocks_share_multiprocessors_as_in_small_steps() {
+    for seed in 0..20_u64 {
+        let number =
+            |i: u64| (seed * 977 + i).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31) % 97;
+        let block = |i| {
+            let work = 1.0 + number(i) as f64;
+            Block { work, alone: work * (1.0 + number(i + 500) as f64 / 20.0) }
+        };
+        let blocks: Vec<Block> = (0..40).map(block).collect();
+        for (units, resident) in [(1, 1), (3, 2), (4, 8), (64, 4)] {
+            let ours = ends(blocks.iter().copied(), units, resident);
+            let last = ours.iter().copied().fold(0.0, f64::max);
+            let expected = stepped(&blocks, units as usize, resident as usize, 0.02);
+            // A block that ends a step later may go to another multiprocessor.
+            assert!((last / expected - 1.0).abs() < 0.03, "{units} {resident}: {last} {expected}");
+            let work: f64 = blocks.iter().map(|b| b.work).sum();
+            let alone = blocks.iter().map(|b| b.alone).fold(0.0, f64::max);
+            assert!(last >= alone - 1e-6 && last >= work / f64::from(units) - 1e-6);
+        }
+    }
+    assert_eq!(ends(std::iter::empty(), 3, 2), [0.0; 3]);
+}
+
+/// Bytes and instructions of a frame, from its own facts.
+#[test]
+fn kernels_move_what_the_arrays_take() {
+    let frame = dense_frame(1);
+    let machine = machine(&["l2.capacity=0 B"]);
+    let gpu = machine.gpu();
+    let work = workload(&frame, gpu);
+    let kernels = Kernels::new(&machine, &work, &Memo::default());
+    let sum = |part: Part, i: usize| -> u64 {
+        kernels.all.iter().filter(|k| k.part == part).map(|k| k.memory[i]).sum()
+    };
+    let points = frame.facts.points;
+    let seen = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
+    let coefficients = (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
+    let read = 12 * points + 32 * frame.facts.survivors + 12 * coefficients * seen;
+    assert_eq!(sum(Part::Convert, 0), read);
+    assert_eq!(sum(Part::Convert, 1), 8 * points + 24 * frame.facts.survivors + 51 * seen);
+    let pairs = work.list.len() as u64;
+    assert_eq!(sum(Part::Pairs, 0), 8 * points + 24 * seen);
+    assert_eq!(sum(Part::Pairs, 1), 4 * points + 12 * pairs);
+    // 32 bits of depth and those of 10 x 6 tiles: six bits, five digits.
+    let tiles = work.tiles.len() as u64;
+    assert_eq!(tiles, 60);
+    assert_eq!(sum(Part::Sort, 0), (8 + 5 * 12 + 8) * pairs);
+    assert_eq!(sum(Part::Sort, 1), 5 * 12 * pairs + 8 * tiles);
+    let loaded: u64 = work.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
+    assert_eq!(sum(Part::Blend, 0), 100 * loaded + 8 * tiles);
+    assert_eq!(sum(Part::Blend, 1), 20 * 150 * 90);
+    // A cache that holds everything keeps all that is made on the way.
+    let machine = self::machine(&["l2.capacity=1 GiB"]);
+    let kernels = Kernels::new(&machine, &work, &Memo::default());
+    let between = kernels.all.iter().filter(|k| matches!(k.part, Part::Pairs | Part::Sort));
+    assert!(between.clone().count() > 0 && between.into_iter().all(|k| k.memory == [0, 0]));
+}
+
+#[test]
+fn gpus_keep_the_laws() {
+    let file = MACHINES.iter().find(|file| file.name == "xavier-nx").expect("a machine").complete();
+    // As wide as a device of the same rate, so that it can be `banked`.
+    let file = file.replace("channels = 1", "channels = 8");
+    let frames = [small_frame(0), small_frame(1), dense_frame(1)];
+    let alone = ["sm.units=512", "sm.interval=40", "blend.latency=9000", "blend.registers=128"];
+    let trial = Trial {
+        machine: &file,
+        files: &[],
+        variants: &[
+            &[],
+            &SMALL,
+            &["l2.bytes-per-cycle=1", "l2.sector=64 B", "blend.feature=100 B"],
+            &["radix.count=each-pass", "convert.cull=frustum", "pairs.test=ellipse"],
+            &["blend.test=4", "blend.warp-width=8", "sm.special=1", "sm.float=1.0"],
+            &["dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
+            &["dram.device=lpddr4-3200-x16x8", "dram.model=calibrated"],
+            // Where nothing but the slowest warp of a block counts.
+            &alone,
+            // As few warps as issue slots: what a multiprocessor holds counts.
+            &["sm.interval=200", "sm.warps=16", "sm.units=1"],
+            &["sm.interval=200", "sm.blocks=2", "sm.units=1"],
+            &["sm.interval=200", "sm.shared=14 KiB", "sm.units=1"],
+            &["sm.interval=200", "sm.registers=32768", "convert.registers=128"],
+        ],
+        frames: &frames,
+        settled: &["dram.device=lpddr4-3200-x16x8"],
+        slack: 0.05,
+        idle_keys: &[],
+    };
+    assert_eq!(broken(&trial), Vec::<String>::new());
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_the_way_out() {
+    let file = MACHINES.iter().find(|file| file.name == "xavier-nx").expect("a machine").complete();
+    let refused = |set: &str, said: &str| {
+        let error = Machine::parse_with(&file, &[set.to_owned()]).expect_err(set).to_string();
+        assert!(error.contains(said), "{set}: {error}");
+    };
+    let said =
+        "`dram.bandwidth` = 100 GB/s is not that of its bus: 128 bits at 3.2 Gbit/s are 51.2";
+    refused("dram.bandwidth=100 GB/s", said);
+    refused("blend.tile=12", "must be a power of two");
+    refused("blend.warp-width=32", "32x1 pixels");
+    refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");
+    refused("blend.batch=4096", "of shared memory");
+}
