@@ -7,7 +7,7 @@ mod confirmation;
 mod designs;
 pub mod distance;
 pub mod ends;
-pub(crate) mod facts;
+mod facts;
 pub mod front;
 pub mod indices;
 pub mod knee;

@@ -95,7 +95,14 @@ fn every_key_has_a_definition_and_numbers_have_units() {
 
 #[test]
 fn every_source_resolves_and_every_reference_is_used() {
-    let pages = ["model.md", "model-accel.md", "model-resident.md", "elsewhere.md", "dram.md"];
+    let pages = [
+        "model.md",
+        "model-accel.md",
+        "model-resident.md",
+        "model-gpu.md",
+        "elsewhere.md",
+        "dram.md",
+    ];
     let pages = pages.map(|page| format!("docs/{page}"));
     let model = pages.map(|page| read(&page)).concat();
     let mut used = BTreeSet::new();

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{LONGEST, TEXT, font};
 
-/// `names` within `room`: without the parts that all have in common at their ends (`lpddr5-6400-x16`
-/// and `lpddr4-3200-x16`), then cut inside, at the end or at the beginning, whichever leaves most
+/// `names` within `room`: without the parts that all have in common at their ends
+/// (`lpddr5-6400-x16` and `lpddr4-3200-x16`), then cut inside, at the end or at the beginning, whichever leaves most
 /// of them different.
 pub(super) fn told_apart(names: &[&str], room: f64) -> Vec<String> {
     let fits = |names: &[String]| names.iter().all(|name| font::width(name, TEXT, false) <= room);
@@ -17,7 +17,7 @@ pub(super) fn told_apart(names: &[&str], room: f64) -> Vec<String> {
     let own = if is_same { whole } else { without_common(names) };
     let longest = own.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(LONGEST);
     let distinct = |cut: &Vec<String>| cut.iter().collect::<BTreeSet<_>>().len();
-    let cuts = [Cut::Inside, Cut::End, Cut::Beginning].map(|cut| {
+    let cuts = [NameCut::Inside, NameCut::End, NameCut::Beginning].map(|cut| {
         let at = |width: usize| own.iter().map(|name| cut.to(name, width)).collect::<Vec<_>>();
         (1..=longest).rev().map(at).find(|names| fits(names)).unwrap_or_else(|| at(1))
     });
@@ -39,13 +39,13 @@ fn without_common(names: &[&str]) -> Vec<String> {
 
 /// Where a name is cut.
 #[derive(Clone, Copy)]
-enum Cut {
+enum NameCut {
     Inside,
     End,
     Beginning,
 }
 
-impl Cut {
+impl NameCut {
     /// The name in so many characters, at least one.
     fn to(self, name: &str, width: usize) -> String {
         let all: Vec<char> = name.chars().collect();
@@ -54,9 +54,9 @@ impl Cut {
         }
         let kept = width.saturating_sub(1);
         let (head, tail) = match self {
-            Cut::Inside => (kept - kept / 2, kept / 2),
-            Cut::End => (kept, 0),
-            Cut::Beginning => (0, kept),
+            NameCut::Inside => (kept - kept / 2, kept / 2),
+            NameCut::End => (kept, 0),
+            NameCut::Beginning => (0, kept),
         };
         all[..head].iter().chain(&['…']).chain(&all[all.len() - tail..]).collect()
     }

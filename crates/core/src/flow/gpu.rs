@@ -33,7 +33,7 @@ use crate::kernel::timeline::{Observer, State};
 use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
 use crate::machine::Machine;
 use crate::machine::check::Contradiction;
-use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall};
+use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall, sram_read, sram_write};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
 use powergs_energy::action::{ActionCounts, Phase};
@@ -41,9 +41,9 @@ use powergs_energy::action::{ActionCounts, Phase};
 pub use stages::SM_DECL;
 pub use tables::*;
 
-use blocks::Block;
+use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered};
-use stages::{EXPONENTIAL, INSTRUCTION, L2_BYTE, SM};
+use stages::{EXPONENTIAL, INSTRUCTION, L2, SM};
 use warps::{FrameWarps, WarpShape};
 
 const KEY: &str = "gpu";
@@ -143,7 +143,7 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
 
 /// What a kernel is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum KernelPart {
     /// Gaussians are converted.
     Convert,
     /// Pairs are made.
@@ -154,52 +154,53 @@ pub enum Part {
     Blend,
 }
 
-impl Part {
+impl KernelPart {
     /// All of them, in their order.
-    pub const ALL: [Part; 4] = [Part::Convert, Part::Pairs, Part::Sort, Part::Blend];
+    pub const ALL: [KernelPart; 4] =
+        [KernelPart::Convert, KernelPart::Pairs, KernelPart::Sort, KernelPart::Blend];
 
     /// What its energy is of.
     const fn phase(self) -> Phase {
         match self {
-            Part::Convert => Phase::Preprocessing,
-            Part::Pairs | Part::Sort => Phase::Sorting,
-            Part::Blend => Phase::Rendering,
+            KernelPart::Convert => Phase::Preprocessing,
+            KernelPart::Pairs | KernelPart::Sort => Phase::Sorting,
+            KernelPart::Blend => Phase::Rendering,
         }
     }
 
     /// Its streams: what it reads, what it writes.
     const fn streams(self) -> [&'static str; 2] {
         match self {
-            Part::Convert => ["scene", "results"],
-            Part::Pairs => ["counts", "pairs-out"],
-            Part::Sort => ["keys-in", "keys-out"],
-            Part::Blend => ["splats", "picture"],
+            KernelPart::Convert => ["scene", "results"],
+            KernelPart::Pairs => ["counts", "pairs-out"],
+            KernelPart::Sort => ["keys-in", "keys-out"],
+            KernelPart::Blend => ["splats", "picture"],
         }
     }
 
     /// What multiprocessors wait for where its bytes take longest.
     const fn waits(self) -> Stall {
         match self {
-            Part::Convert | Part::Pairs => Stall::of("records"),
-            Part::Sort => Stall::of("spill"),
-            Part::Blend => Stall::of("features"),
+            KernelPart::Convert | KernelPart::Pairs => Stall::of("records"),
+            KernelPart::Sort => Stall::of("spill"),
+            KernelPart::Blend => Stall::of("features"),
         }
     }
 }
 
 /// A kernel of a frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kernel {
+pub struct GpuKernel {
     /// What it is for.
-    pub part: Part,
+    pub part: KernelPart,
     /// Cycles between the kernel before and its first block.
     pub gap: u64,
     /// Warp instructions.
     pub instructions: u64,
     /// Exponentials, warp by warp.
     pub exponentials: u64,
-    /// Bytes through the L2 cache.
-    pub l2: u64,
+    /// Bytes that it reads and writes through the L2 cache.
+    pub l2: [u64; 2],
     /// Bytes that it reads from and writes to the memory.
     pub memory: [u64; 2],
     /// Where these begin.
@@ -212,7 +213,7 @@ pub struct Kernel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernels {
     /// In their order.
-    pub all: Vec<Kernel>,
+    pub all: Vec<GpuKernel>,
     warps: Arc<FrameWarps>,
     filtered: Arc<Filtered>,
     /// (Pixel, Gaussian) pairs that are needed.
@@ -241,7 +242,7 @@ impl Kernels {
             geometry: workload.geometry,
         };
         let filtered = memo.get(key, |key| Filtered::new(workload, key));
-        let mut make = Maker { machine, m, all: Vec::new() };
+        let mut make = KernelMaker { machine, m, all: Vec::new() };
         let (points, tiles) = (workload.counters.points, workload.tiles.len() as u64);
         let pairs = workload.counters.tile_pairs;
         let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
@@ -261,22 +262,30 @@ impl Kernels {
         let written = points * c.mark.0 + alive * c.covariance.0 + seen * c.result.0;
         let [test, project, shade] = [c.test, c.project, c.shade].map(u64::from);
         let instructions = all * test + projected * project + shaded * shade;
-        make.even(Part::Convert, instructions, [read, written], ([0, scene], read + written));
+        let all_of_it = [read, written];
+        make.even(KernelPart::Convert, instructions, all_of_it, ([0, scene], all_of_it));
         let counts = points * COUNT;
-        let moved = make.kept([counts, counts]);
-        make.even(Part::Pairs, of_warps(points) * SCANNED, moved, ([scene, made], 2 * counts));
+        let both = [counts, counts];
+        let moved = make.kept(both);
+        make.even(KernelPart::Pairs, of_warps(points) * SCANNED, moved, ([scene, made], both));
         let read = points * COUNT + seen * m.pairs.read.0;
         let instructions =
             all * u64::from(m.pairs.gaussian) + warps.pair_steps * u64::from(m.pairs.pair);
-        let moved = make.kept([read, pairs * pair]);
-        make.even(Part::Pairs, instructions, moved, ([scene, made], read + pairs * pair));
+        let both = [read, pairs * pair];
+        let moved = make.kept(both);
+        make.even(KernelPart::Pairs, instructions, moved, ([scene, made], both));
         make.last().gap += make_gap(machine, m.launch.readback);
 
         let (keys, whole) = (pairs * m.pairs.key.0, pairs * pair);
         let of_keys = of_warps(pairs) * u64::from(m.radix.instructions);
-        let count = |make: &mut Maker| {
+        let count = |make: &mut KernelMaker| {
             let moved = make.kept([keys, 0]);
-            make.even(Part::Sort, of_warps(pairs) * SCANNED, moved, ([made, sorted], keys));
+            make.even(
+                KernelPart::Sort,
+                of_warps(pairs) * SCANNED,
+                moved,
+                ([made, sorted], [keys, 0]),
+            );
         };
         if m.radix.count == DigitCount::Once {
             count(&mut make);
@@ -287,11 +296,12 @@ impl Kernels {
             }
             let place = if pass % 2 == 0 { [made, sorted] } else { [sorted, made] };
             let moved = make.kept([whole, whole]);
-            make.even(Part::Sort, of_keys, moved, (place, 2 * whole));
+            make.even(KernelPart::Sort, of_keys, moved, (place, [whole, whole]));
         }
-        let moved = make.kept([keys, tiles * RANGE]);
+        let both = [keys, tiles * RANGE];
+        let moved = make.kept(both);
         let ranges = of_warps(pairs) * SCANNED;
-        make.even(Part::Sort, ranges, moved, ([sorted, image - tiles * RANGE], keys));
+        make.even(KernelPart::Sort, ranges, moved, ([sorted, image - tiles * RANGE], both));
 
         make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
         let pixels = u64::from(workload.width) * u64::from(workload.height);
@@ -311,14 +321,14 @@ fn make_gap(machine: &Machine, time: Nanoseconds) -> u64 {
 }
 
 /// Makes kernels.
-struct Maker<'a> {
+struct KernelMaker<'a> {
     machine: &'a Machine,
     m: &'a Gpu,
-    all: Vec<Kernel>,
+    all: Vec<GpuKernel>,
 }
 
-impl Maker<'_> {
-    fn last(&mut self) -> &mut Kernel {
+impl KernelMaker<'_> {
+    fn last(&mut self) -> &mut GpuKernel {
         self.all.last_mut().expect("a kernel was made")
     }
 
@@ -331,17 +341,17 @@ impl Maker<'_> {
     /// A kernel whose blocks are all alike: multiprocessors compute for the same time.
     fn even(
         &mut self,
-        part: Part,
+        part: KernelPart,
         instructions: u64,
         memory: [u64; 2],
-        (place, l2): ([u64; 2], u64),
+        (place, l2): ([u64; 2], [u64; 2]),
     ) {
         let sm = &self.m.sm;
         let registers = self.m.convert.registers;
         let warps = sm.resident(BLOCK, registers, 0) * BLOCK.div_ceil(WARP);
         let issue = sm.issue().min(f64::from(warps) / f64::from(sm.interval));
         let cycles = instructions as f64 / (issue * f64::from(sm.units));
-        self.all.push(Kernel {
+        self.all.push(GpuKernel {
             part,
             gap: make_gap(self.machine, self.m.launch.gap),
             instructions,
@@ -371,7 +381,7 @@ impl Maker<'_> {
             let longest = b.instructions(block.longest.map(u64::from)) + u64::from(b.finish);
             let batches = u64::from(block.loaded.div_ceil(b.batch));
             let alone = longest * u64::from(sm.interval) + batches * u64::from(b.latency);
-            Block { work, alone: (alone as f64).max(work) }
+            ThreadBlock { work, alone: (alone as f64).max(work) }
         };
         let ends = blocks::ends(warps.blocks.iter().map(block), sm.units, self.m.blending());
         let pairs = warps.pairs();
@@ -379,12 +389,12 @@ impl Maker<'_> {
         let loaded: u64 = workload.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
         let pixels = u64::from(workload.width) * u64::from(workload.height);
         let lists = loaded * b.entry.0 + tiles * RANGE;
-        self.all.push(Kernel {
-            part: Part::Blend,
+        self.all.push(GpuKernel {
+            part: KernelPart::Blend,
             gap: make_gap(self.machine, self.m.launch.gap),
             instructions: b.instructions(pairs) + tiles * finish,
             exponentials: b.exponentials(pairs),
-            l2: lists + loaded * sectors + pixels * b.pixel.0,
+            l2: [lists + loaded * sectors, pixels * b.pixel.0],
             memory: [lists + filtered.misses * sectors, pixels * b.pixel.0],
             place,
             computes: ends.into_iter().map(|cycles| (cycles.ceil() as u64).max(1)).collect(),
@@ -405,7 +415,7 @@ struct Stream<'a, O> {
     ended: u64,
     ledgers: Vec<Ledger>,
     /// When kernels of each part ended, and for how long they worked.
-    parts: [u64; Part::ALL.len()],
+    parts: [u64; KernelPart::ALL.len()],
     converted: u64,
     launching: u64,
     observer: &'a mut O,
@@ -414,7 +424,7 @@ struct Stream<'a, O> {
 impl<O: Observer> Stream<'_, O> {
     /// Says what multiprocessors did until now: in front of a kernel nothing; then they compute,
     /// have no block left, and wait for what the kernel moves.
-    fn book(&mut self, kernel: &Kernel, began: u64, now: u64) {
+    fn book(&mut self, kernel: &GpuKernel, began: u64, now: u64) {
         let computed = began + kernel.computes.iter().copied().max().unwrap_or(0);
         for (ledger, own) in self.ledgers.iter_mut().zip(&kernel.computes) {
             let observer = &mut *self.observer;
@@ -425,7 +435,7 @@ impl<O: Observer> Stream<'_, O> {
         }
         self.launching += began - self.ended;
         self.parts[kernel.part as usize] += now - began;
-        if kernel.part == Part::Convert {
+        if kernel.part == KernelPart::Convert {
             self.converted = now;
         }
     }
@@ -455,7 +465,8 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
                 continue;
             };
             let computes = kernel.computes.iter().copied().max().unwrap_or(0);
-            let cached = kernel.l2.div_ceil(u64::from(self.m.l2.bytes_per_cycle));
+            let cached =
+                kernel.l2.iter().sum::<u64>().div_ceil(u64::from(self.m.l2.bytes_per_cycle));
             let moved = arrivals.map(|arrival| self.memory.at(arrival));
             let ends = moved.into_iter().fold(began + computes.max(cached), u64::max);
             if ends > now {
@@ -496,7 +507,7 @@ fn through<O: Observer>(
         running: None,
         ended: 0,
         ledgers: (0..m.sm.units).map(|n| Ledger::new(SM, n)).collect(),
-        parts: [0; Part::ALL.len()],
+        parts: [0; KernelPart::ALL.len()],
         converted: 0,
         launching: 0,
         observer,
@@ -519,7 +530,8 @@ fn through<O: Observer>(
         let all = [
             (INSTRUCTION, kernel.instructions),
             (EXPONENTIAL, kernel.exponentials),
-            (L2_BYTE, kernel.l2),
+            (sram_read(L2), kernel.l2[0]),
+            (sram_write(L2), kernel.l2[1]),
             (DRAM_READ, read),
             (DRAM_WRITE, written),
         ];

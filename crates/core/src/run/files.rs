@@ -136,8 +136,8 @@ impl ConfigText {
             n => format!(", and {n} more such"),
         };
         Some(format!(
-            "{}: `{key}` = \"{text}\"{more}: a KB is 1000 B here; write \"{meant}\" where a paper's \
-             KB is 1024 B",
+            "{}: `{key}` = \"{text}\"{more}: a KB is 1000 B here; write \"{meant}\" where a \
+             paper's KB is 1024 B",
             self.origin
         ))
     }

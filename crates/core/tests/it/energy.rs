@@ -85,6 +85,10 @@ const UNLIKE_RESIDENT: [&str; 11] = [
     "raster.engines=2",
 ];
 
+/// The same of a GPU.
+const UNLIKE_GPU: [&str; 5] =
+    ["clock=500 MHz", "dram.channels=2", "sm.units=5", "sm.lanes=48", "l2.capacity=1 MiB"];
+
 /// A machine with test units, and one with a unit between two eyes, which one with everything else
 /// cannot have.
 const UNLIKE_PARTS: [&[&str]; 2] = [
@@ -96,7 +100,8 @@ const UNLIKE_PARTS: [&[&str]; 2] = [
 /// for, on the flat memory, and `more` where they have such keys; those that a table has the prices
 /// for.
 pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
-    let all = [("gscore", &UNLIKE[..]), ("vorion", &UNLIKE_RESIDENT[..])];
+    let all =
+        [("gscore", &UNLIKE[..]), ("vorion", &UNLIKE_RESIDENT[..]), ("xavier-nx", &UNLIKE_GPU[..])];
     let with_machines = flow::all().filter(|flow| flow.example().is_some());
     assert_eq!(all.len(), with_machines.count(), "one of each dataflow");
     let parts = UNLIKE_PARTS.map(|sets| ("gscore", sets));

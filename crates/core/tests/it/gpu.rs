@@ -4,10 +4,10 @@
 use std::collections::VecDeque;
 
 use powergs_base::config::embedded::MACHINES;
-use powergs_core::flow::gpu::blocks::{Block, ends};
+use powergs_core::flow::gpu::blocks::{ThreadBlock, ends};
 use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
 use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
-use powergs_core::flow::gpu::{Gpu, Kernels, Part, WARP};
+use powergs_core::flow::gpu::{Gpu, KernelPart, Kernels, WARP};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
@@ -170,10 +170,10 @@ fn the_cache_is_a_queue_of_what_came_last() {
 }
 
 /// Blocks over multiprocessors in steps of a small time.
-fn stepped(blocks: &[Block], units: usize, resident: usize, step: f64) -> f64 {
-    let mut waiting: VecDeque<Block> = blocks.iter().copied().collect();
+fn stepped(blocks: &[ThreadBlock], units: usize, resident: usize, step: f64) -> f64 {
+    let mut waiting: VecDeque<ThreadBlock> = blocks.iter().copied().collect();
     let mut at_work: Vec<Vec<(f64, f64)>> = vec![Vec::new(); units];
-    let take = |b: Block| (b.work, b.work / b.alone);
+    let take = |b: ThreadBlock| (b.work, b.work / b.alone);
     for _ in 0..resident {
         for unit in &mut at_work {
             unit.extend(waiting.pop_front().map(take));
@@ -216,9 +216,9 @@ fn blocks_share_multiprocessors_as_in_small_steps() {
             |i: u64| (seed * 977 + i).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(31) % 97;
         let block = |i| {
             let work = 1.0 + number(i) as f64;
-            Block { work, alone: work * (1.0 + number(i + 500) as f64 / 20.0) }
+            ThreadBlock { work, alone: work * (1.0 + number(i + 500) as f64 / 20.0) }
         };
-        let blocks: Vec<Block> = (0..40).map(block).collect();
+        let blocks: Vec<ThreadBlock> = (0..40).map(block).collect();
         for (units, resident) in [(1, 1), (3, 2), (4, 8), (64, 4)] {
             let ours = ends(blocks.iter().copied(), units, resident);
             let last = ours.iter().copied().fold(0.0, f64::max);
@@ -241,30 +241,31 @@ fn kernels_move_what_the_arrays_take() {
     let gpu = machine.gpu();
     let work = workload(&frame, gpu);
     let kernels = Kernels::new(&machine, &work, &Memo::default());
-    let sum = |part: Part, i: usize| -> u64 {
+    let sum = |part: KernelPart, i: usize| -> u64 {
         kernels.all.iter().filter(|k| k.part == part).map(|k| k.memory[i]).sum()
     };
     let points = frame.facts.points;
     let seen = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
     let coefficients = (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
     let read = 12 * points + 32 * frame.facts.survivors + 12 * coefficients * seen;
-    assert_eq!(sum(Part::Convert, 0), read);
-    assert_eq!(sum(Part::Convert, 1), 8 * points + 24 * frame.facts.survivors + 51 * seen);
+    assert_eq!(sum(KernelPart::Convert, 0), read);
+    assert_eq!(sum(KernelPart::Convert, 1), 8 * points + 24 * frame.facts.survivors + 51 * seen);
     let pairs = work.list.len() as u64;
-    assert_eq!(sum(Part::Pairs, 0), 8 * points + 24 * seen);
-    assert_eq!(sum(Part::Pairs, 1), 4 * points + 12 * pairs);
+    assert_eq!(sum(KernelPart::Pairs, 0), 8 * points + 24 * seen);
+    assert_eq!(sum(KernelPart::Pairs, 1), 4 * points + 12 * pairs);
     // 32 bits of depth and those of 10 x 6 tiles: six bits, five digits.
     let tiles = work.tiles.len() as u64;
     assert_eq!(tiles, 60);
-    assert_eq!(sum(Part::Sort, 0), (8 + 5 * 12 + 8) * pairs);
-    assert_eq!(sum(Part::Sort, 1), 5 * 12 * pairs + 8 * tiles);
+    assert_eq!(sum(KernelPart::Sort, 0), (8 + 5 * 12 + 8) * pairs);
+    assert_eq!(sum(KernelPart::Sort, 1), 5 * 12 * pairs + 8 * tiles);
     let loaded: u64 = work.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
-    assert_eq!(sum(Part::Blend, 0), 100 * loaded + 8 * tiles);
-    assert_eq!(sum(Part::Blend, 1), 20 * 150 * 90);
+    assert_eq!(sum(KernelPart::Blend, 0), 100 * loaded + 8 * tiles);
+    assert_eq!(sum(KernelPart::Blend, 1), 20 * 150 * 90);
     // A cache that holds everything keeps all that is made on the way.
     let machine = self::machine(&["l2.capacity=1 GiB"]);
     let kernels = Kernels::new(&machine, &work, &Memo::default());
-    let between = kernels.all.iter().filter(|k| matches!(k.part, Part::Pairs | Part::Sort));
+    let between =
+        kernels.all.iter().filter(|k| matches!(k.part, KernelPart::Pairs | KernelPart::Sort));
     assert!(between.clone().count() > 0 && between.into_iter().all(|k| k.memory == [0, 0]));
 }
 
@@ -315,5 +316,5 @@ fn what_cannot_be_is_refused_with_the_way_out() {
     refused("blend.tile=12", "must be a power of two");
     refused("blend.warp-width=32", "32x1 pixels");
     refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");
-    refused("blend.batch=4096", "of shared memory");
+    refused("blend.batch=4096", "114688 B of 96 KiB shared memory");
 }

@@ -12,9 +12,6 @@ use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
 use crate::sweep::run::{OpenedSweep, State};
 use crate::sweep::space::FreeAxis;
 
-/// How another display rate stands in the record of a sweep.
-pub(crate) const FPS: &str = "--fps ";
-
 /// A sweep as its analysis sees it.
 #[derive(Debug, Default)]
 pub struct SweepFacts {
@@ -73,11 +70,9 @@ impl SweepFacts {
     }
 
     fn of_files(file: Option<&SweepFile>, state: Option<&State>) -> SweepFacts {
-        // What was asked for in place of what the file says; other words are notes.
-        let options = state.map_or(&[][..], |state| &state.options);
-        let options: Vec<String> =
-            options.iter().filter(|option| option.starts_with("--")).cloned().collect();
-        let display_fps = options.iter().find_map(|option| option.strip_prefix(FPS)?.parse().ok());
+        let flags = state.iter().flat_map(|state| state.flags());
+        let options: Vec<String> = flags.map(str::to_owned).collect();
+        let display_fps = state.and_then(State::display_fps);
         let names = |role| state.map_or_else(Vec::new, |state: &State| state.names(role));
         SweepFacts {
             question: file.map_or("", |file| file.question.trim()).to_owned(),

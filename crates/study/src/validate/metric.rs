@@ -1,7 +1,7 @@
 //! What is measured for a row.
 
 use super::totals::Totals;
-use powergs_core::flow::gpu::Part;
+use powergs_core::flow::gpu::KernelPart;
 use powergs_core::stage::{hardware, stage};
 use powergs_energy::action::StageId;
 
@@ -27,7 +27,7 @@ pub enum Metric {
     /// Energy of a frame, DRAM included, mJ.
     FrameEnergy,
     /// Share of the kernels of a GPU in the time of all.
-    KernelShare(Part),
+    KernelShare(KernelPart),
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
@@ -128,10 +128,10 @@ impl Metric {
         Metric::PeakPower,
         Metric::Energy,
         Metric::FrameEnergy,
-        Metric::KernelShare(Part::Convert),
-        Metric::KernelShare(Part::Pairs),
-        Metric::KernelShare(Part::Sort),
-        Metric::KernelShare(Part::Blend),
+        Metric::KernelShare(KernelPart::Convert),
+        Metric::KernelShare(KernelPart::Pairs),
+        Metric::KernelShare(KernelPart::Sort),
+        Metric::KernelShare(KernelPart::Blend),
         Metric::EnergyRatio,
         Metric::EdpRatio,
         Metric::RasterUtilisation,
@@ -173,10 +173,10 @@ impl Metric {
             Metric::PeakPower => ("peak_power", "W", false, false),
             Metric::Energy => ("energy", "mJ", false, true),
             Metric::FrameEnergy => ("frame_energy", "mJ", false, true),
-            Metric::KernelShare(Part::Convert) => ("convert_share", "", false, true),
-            Metric::KernelShare(Part::Pairs) => ("pairs_share", "", false, true),
-            Metric::KernelShare(Part::Sort) => ("sort_share", "", false, true),
-            Metric::KernelShare(Part::Blend) => ("blend_share", "", false, true),
+            Metric::KernelShare(KernelPart::Convert) => ("convert_share", "", false, true),
+            Metric::KernelShare(KernelPart::Pairs) => ("pairs_share", "", false, true),
+            Metric::KernelShare(KernelPart::Sort) => ("sort_share", "", false, true),
+            Metric::KernelShare(KernelPart::Blend) => ("blend_share", "", false, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
             Metric::RasterUtilisation => ("raster_utilisation", "", false, true),

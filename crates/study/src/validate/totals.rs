@@ -1,7 +1,7 @@
 //! What a machine did with the frames of a workload.
 
 use super::Block;
-use powergs_core::flow::gpu::Part;
+use powergs_core::flow::gpu::KernelPart;
 use powergs_core::flow::tile_wise::TileWise;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
@@ -30,7 +30,7 @@ pub struct Totals {
     /// Time after preprocessing.
     pub tile_seconds: f64,
     /// Time of the kernels that convert, pair, sort and blend, where the machine is a GPU.
-    pub kernel_seconds: [f64; Part::ALL.len()],
+    pub kernel_seconds: [f64; KernelPart::ALL.len()],
     /// Energy of the chip without its DRAM.
     pub chip_pj: f64,
     /// Energy of the DRAM: accesses, refresh and background.
@@ -126,7 +126,7 @@ impl Totals {
     fn add_cycles(&mut self, cycle: &CycleReport) {
         let timing = &cycle.timing;
         self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;
-        let parts = cycle.kernels.map_or([0; Part::ALL.len()], |kernels| kernels.parts);
+        let parts = cycle.kernels.map_or([0; KernelPart::ALL.len()], |kernels| kernels.parts);
         for (sum, cycles) in self.kernel_seconds.iter_mut().zip(parts) {
             *sum += cycles as f64 / cycle.clock.0;
         }

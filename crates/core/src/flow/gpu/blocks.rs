@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 
 /// A block.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
+pub struct ThreadBlock {
     /// Cycles of a whole multiprocessor.
     pub work: f64,
     /// Cycles that it takes alone, at least its work.
@@ -19,7 +19,7 @@ pub struct Block {
 
 /// A block at work.
 #[derive(Debug, Clone, Copy)]
-struct Resident {
+struct BlockShare {
     left: f64,
     most: f64,
     rate: f64,
@@ -28,14 +28,14 @@ struct Resident {
 #[derive(Debug, Clone, Default)]
 struct Multiprocessor {
     now: f64,
-    blocks: Vec<Resident>,
+    blocks: Vec<BlockShare>,
 }
 
 impl Multiprocessor {
-    fn take(&mut self, block: &Block) {
+    fn take(&mut self, block: &ThreadBlock) {
         // What has no work is there for a moment.
         let work = block.work.max(1e-3);
-        self.blocks.push(Resident { left: work, most: work / block.alone.max(work), rate: 0.0 });
+        self.blocks.push(BlockShare { left: work, most: work / block.alone.max(work), rate: 0.0 });
     }
 
     /// Shares the issue slots; returns when the next block ends.
@@ -67,25 +67,25 @@ impl Multiprocessor {
 
 /// When something happens on a multiprocessor: earliest first, then by number.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Next(f64, usize);
+struct BlockEnd(f64, usize);
 
-impl Eq for Next {}
+impl Eq for BlockEnd {}
 
-impl Ord for Next {
-    fn cmp(&self, other: &Next) -> std::cmp::Ordering {
+impl Ord for BlockEnd {
+    fn cmp(&self, other: &BlockEnd) -> std::cmp::Ordering {
         self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
     }
 }
 
-impl PartialOrd for Next {
-    fn partial_cmp(&self, other: &Next) -> Option<std::cmp::Ordering> {
+impl PartialOrd for BlockEnd {
+    fn partial_cmp(&self, other: &BlockEnd) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }
 }
 
 /// When each of `units` multiprocessors has ended its last block, cycles: each has `resident`
 /// blocks at a time.
-pub fn ends(blocks: impl Iterator<Item = Block>, units: u32, resident: u32) -> Vec<f64> {
+pub fn ends(blocks: impl Iterator<Item = ThreadBlock>, units: u32, resident: u32) -> Vec<f64> {
     let mut all = vec![Multiprocessor::default(); units as usize];
     let mut blocks = blocks.peekable();
     for _ in 0..resident {
@@ -95,11 +95,11 @@ pub fn ends(blocks: impl Iterator<Item = Block>, units: u32, resident: u32) -> V
             }
         }
     }
-    let mut queue: BinaryHeap<Reverse<Next>> = BinaryHeap::new();
+    let mut queue: BinaryHeap<Reverse<BlockEnd>> = BinaryHeap::new();
     for (i, unit) in all.iter_mut().enumerate() {
-        queue.push(Reverse(Next(unit.share(), i)));
+        queue.push(Reverse(BlockEnd(unit.share(), i)));
     }
-    while let Some(Reverse(Next(then, i))) = queue.pop() {
+    while let Some(Reverse(BlockEnd(then, i))) = queue.pop() {
         if then == f64::INFINITY {
             continue;
         }
@@ -109,7 +109,7 @@ pub fn ends(blocks: impl Iterator<Item = Block>, units: u32, resident: u32) -> V
             let Some(block) = blocks.next() else { break };
             unit.take(&block);
         }
-        queue.push(Reverse(Next(unit.share(), i)));
+        queue.push(Reverse(BlockEnd(unit.share(), i)));
     }
     all.into_iter().map(|unit| unit.now).collect()
 }

@@ -1,11 +1,12 @@
 //! The one stage of a GPU: its multiprocessors run every kernel.
 
-use super::{SmSpec, WARP};
+use super::{L2Spec, SmSpec, WARP};
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
-    Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, double, omit, part, stage_id, work, work_id,
+    Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
+    stage_id, work, work_id,
 };
-use powergs_energy::action::{ActionId, Phase, StageId};
+use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 
 /// What it declares.
 pub const SM_DECL: StageDecl = StageDecl {
@@ -15,8 +16,17 @@ pub const SM_DECL: StageDecl = StageDecl {
             .a_cycle(|m| m.of_type::<SmSpec>().issue()),
         work("warp-exponential", 0, "The exponential of an alpha, a warp of them.")
             .a_cycle(|m| f64::from(m.of_type::<SmSpec>().special) / f64::from(WARP)),
-        work("l2-byte", 0, "One byte between the L2 cache and a multiprocessor."),
     ],
+    buffers: &[buffer("l2", "l2", |m| {
+        let l2: &L2Spec = m.of_type();
+        Memory {
+            bank: l2.capacity,
+            banks: u32::from(l2.capacity.0 > 0),
+            word: l2.sector,
+            two_ports: false,
+        }
+    })
+    .full()],
     streams: &[
         reads("scene", "Gaussians, as stored", &[], ["splats", "keys-in"]).of(Phase::Preprocessing),
         writes("results", "converted Gaussians", ["pairs-out", "keys-out"])
@@ -79,7 +89,7 @@ pub const SM: StageId = stage_id("sm");
 pub const INSTRUCTION: ActionId = work_id("warp-instruction");
 /// Exponentials of a warp.
 pub const EXPONENTIAL: ActionId = work_id("warp-exponential");
-/// A byte through the L2 cache.
-pub const L2_BYTE: ActionId = work_id("l2-byte");
+/// The L2 cache.
+pub const L2: BufferId = buffer_id("l2");
 /// Waits for the next kernel.
 pub const LAUNCH: Stall = Stall::of("launch");

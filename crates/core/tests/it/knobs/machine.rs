@@ -38,6 +38,12 @@ impl Base {
         flow.is_none_or(|flow| Some(flow.key()) == self.values["dataflow"].as_str())
     }
 
+    /// Whether its tables say the rate of its memory.
+    fn knows_its_memory(&self) -> bool {
+        let machine = Machine::parse(&self.values.to_string()).expect("it was one before");
+        machine.flow().memory_rate(&machine).is_some()
+    }
+
     /// What the key with this value does.
     fn verdict(&self, key: &str, value: &Value) -> Verdict {
         let mut table = self.values.clone();
@@ -107,6 +113,8 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
             let other = find(MACHINES, other).expect("a machine that comes with the program");
             Base::of(other, slice::from_ref(&flat)).dead(doc)
         }
+        // It must agree with what the tables say, so that it moves nothing by itself.
+        Some(_) if doc.path == "dram.bandwidth" && base.knows_its_memory() => None,
         Some(inert) => {
             let sets: Vec<String> = iter::once(&flat).chain(&inert.lift).cloned().collect();
             Base::of(file.text, &sets).dead(doc)

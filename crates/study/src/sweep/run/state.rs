@@ -11,6 +11,9 @@ use powergs_core::sim::MODEL_VERSION;
 /// Its name in the folder.
 pub const FILE: &str = "state.toml";
 
+/// How another display rate stands in the record of a sweep.
+pub(super) const FPS: &str = "--fps ";
+
 /// What the results of a sweep depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -20,7 +23,7 @@ pub struct State {
     model_version: u32,
     outcome_version: u32,
     /// Options that change results, as they are typed.
-    pub(crate) options: Vec<String>,
+    options: Vec<String>,
     /// Files that were read.
     inputs: Vec<StateInput>,
 }
@@ -36,6 +39,17 @@ struct StateInput {
 }
 
 impl State {
+    /// Flags of the command that change what the sweep file says.
+    pub fn flags(&self) -> impl Iterator<Item = &str> {
+        // Other options are notes.
+        self.options.iter().map(String::as_str).filter(|option| option.starts_with("--"))
+    }
+
+    /// The display rate of the command, frames per second.
+    pub fn display_fps(&self) -> Option<f64> {
+        self.flags().find_map(|flag| flag.strip_prefix(FPS)?.parse().ok())
+    }
+
     /// The state of a sweep that is about to run.
     pub fn new(options: Vec<String>, inputs: &[Input]) -> State {
         let input = |i: &Input| StateInput {
