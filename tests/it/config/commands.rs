@@ -213,8 +213,8 @@ fn a_file_on_a_base_is_shown_checked_and_compared() {
     program(&["arch", "check", &machine]).assert().code(2).stderr(contains("no machine"));
 }
 
-/// Papers write KB for 1,024 bytes; files are read as they are written, and what looks like a paper's
-/// number is asked about.
+/// Papers write KB for 1,024 bytes; files are read as they are written, and what looks like a
+/// paper's number is asked about.
 #[test]
 fn kilobytes_that_may_be_kibibytes_are_asked_about() {
     let dir = tempfile::tempdir().expect("a folder");

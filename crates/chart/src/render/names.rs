@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::{LONGEST, TEXT, font};
 
 /// `names` within `room`: without the parts that all have in common at their ends
-/// (`lpddr5-6400-x16` and `lpddr4-3200-x16`), then cut inside, at the end or at the beginning, whichever leaves most
-/// of them different.
+/// (`lpddr5-6400-x16` and `lpddr4-3200-x16`), then cut inside, at the end or at the beginning,
+/// whichever leaves most of them different.
 pub(super) fn told_apart(names: &[&str], room: f64) -> Vec<String> {
     let fits = |names: &[String]| names.iter().all(|name| font::width(name, TEXT, false) <= room);
     let whole: Vec<String> = names.iter().map(ToString::to_string).collect();

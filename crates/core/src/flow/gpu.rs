@@ -9,7 +9,8 @@
 //! A kernel takes as long as what takes longest of it: its warp instructions over the issue slots
 //! of the multiprocessors (of the blending kernel block by block, [`blocks`]), what passes through
 //! the L2 cache over its rate, and what passes through the memory. An array that one kernel writes
-//! and the next reads stays in the L2 cache if everything that the kernel touches fits there (A139).
+//! and the next reads stays in the L2 cache if everything that the kernel touches fits there
+//! (A139).
 //! Between two kernels passes `launch.gap`.
 
 pub mod blocks;
@@ -182,7 +183,7 @@ impl KernelPart {
     const fn waits(self) -> Stall {
         match self {
             KernelPart::Convert | KernelPart::Pairs => Stall::of("records"),
-            KernelPart::Sort => Stall::of("spill"),
+            KernelPart::Sort => Stall::of("pass"),
             KernelPart::Blend => Stall::of("features"),
         }
     }

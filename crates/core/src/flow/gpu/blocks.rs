@@ -1,9 +1,9 @@
 //! Blocks of threads over multiprocessors.
 //!
-//! Blocks are handed out in their order: first one after the other to each multiprocessor until all
-//! have as many as they can have at a time, then to the one that ends a block first. The blocks of a
-//! multiprocessor share its issue slots evenly, but none is faster than it is alone: its slowest
-//! warp goes from one instruction to the next, and waits for its batches.
+//! Blocks are handed out in their order: first one after the other to each multiprocessor until
+//! all have as many as they can have at a time, then to the one that ends a block first. The
+//! blocks of a multiprocessor share its issue slots evenly, but none is faster than it is alone:
+//! its slowest warp goes from one instruction to the next, and waits for its batches.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -46,15 +46,25 @@ pub const SM_DECL: StageDecl = StageDecl {
     parts: &[part("lanes", "Lanes of single precision.", |m| {
         f64::from(m.of_type::<SmSpec>().lanes)
     })],
-    waits: &[WaitDecl {
-        name: "launch",
-        what: "the next kernel",
-        short: "launch",
-        because: "the next kernel had not been launched",
-        symbol: 'g',
-        from: From::Neighbour,
-    }],
-    also_waits: &["records", "spill", "features"],
+    waits: &[
+        WaitDecl {
+            name: "pass",
+            what: "pairs of a pass of the sort",
+            short: "pairs from DRAM",
+            because: "pairs of a pass of the sort were in DRAM or on their way",
+            symbol: 'p',
+            from: From::Memory,
+        },
+        WaitDecl {
+            name: "launch",
+            what: "the next kernel",
+            short: "launch",
+            because: "the next kernel had not been launched",
+            symbol: 'g',
+            from: From::Neighbour,
+        },
+    ],
+    also_waits: &["records", "features"],
     doubles: &[
         double("sm.units", &["sm.units"], &["A137"]),
         double("sm.lanes, schedulers", &["sm.lanes", "sm.special", "sm.schedulers"], &["A137"]),
