@@ -284,7 +284,7 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
         };
         inputs::loaded(&spec)
     };
-    Ok(machines.iter().map(load).collect::<Result<_, _>>()?)
+    machines.iter().map(load).collect()
 }
 
 /// Machines and traces among the items: traces stand last.
