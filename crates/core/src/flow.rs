@@ -123,6 +123,11 @@ pub trait Dataflow: Sync {
         None
     }
 
+    /// Channels of the memory that the chip has PHY and controllers for.
+    fn channels(&self, machine: &Machine) -> f64 {
+        f64::from(machine.dram.channels)
+    }
+
     /// The numbers that its units compute with, where the machine says.
     fn numbers(&self, _machine: &Machine) -> Option<NumberFormat> {
         None

@@ -93,6 +93,12 @@ impl Dataflow for GpuFlow {
         Some(machine.gpu().bus.rate())
     }
 
+    /// Of 32 pins each: a wider bus has more of them.
+    fn channels(&self, machine: &Machine) -> f64 {
+        let wide = if machine.dram.has_device() { 32 } else { machine.gpu().bus.width };
+        f64::from(machine.dram.channels) * f64::from(wide) / 32.0
+    }
+
     fn tile(&self, machine: &Machine, _: [u32; 2]) -> [u32; 2] {
         [machine.gpu().blend.tile; 2]
     }

@@ -32,7 +32,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
 /// a unit without work keeps, and memory channels.
 pub fn untimed(machine: &Machine) -> [f64; 2] {
     let gating = &machine.gating;
-    let channels = f64::from(machine.dram.channels);
+    let channels = machine.flow().channels(machine);
     [if gating.units { gating.residual } else { 1.0 }, channels]
 }
 
