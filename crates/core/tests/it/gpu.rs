@@ -313,6 +313,8 @@ fn what_cannot_be_is_refused_with_the_way_out() {
     let said =
         "`dram.bandwidth` = 100 GB/s is not that of its bus: 128 bits at 3.2 Gbit/s are 51.2";
     refused("dram.bandwidth=100 GB/s", said);
+    refused("l2.sector=0 B", "`l2.sector` must be above 0 B");
+    refused("sm.float=nan", "sm.float");
     refused("blend.tile=12", "must be a power of two");
     refused("blend.warp-width=32", "32x1 pixels");
     refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");

@@ -32,6 +32,9 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
             found.add(key, format!("`{key}` = {size} is above {SIZE_MAX}"));
         }
     }
+    if m.l2.sector.0 == 0 {
+        found.add("l2.sector", "`l2.sector` must be above 0 B: what a read takes at least".into());
+    }
     let bus = m.bus.rate().0 / 1e9;
     let rate = machine.dram.bandwidth.filter(|_| !machine.dram.has_device());
     let peak = rate.map_or(bus, |rate| rate.0 / 1e9);
