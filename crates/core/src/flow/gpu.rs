@@ -166,8 +166,8 @@ impl KernelPart {
     pub const ALL: [KernelPart; 4] =
         [KernelPart::Convert, KernelPart::Pairs, KernelPart::Sort, KernelPart::Blend];
 
-    /// What its energy is of.
-    const fn phase(self) -> Phase {
+    /// The phase that its work and its energy are of.
+    pub const fn phase(self) -> Phase {
         match self {
             KernelPart::Convert => Phase::Preprocessing,
             KernelPart::Pairs | KernelPart::Sort => Phase::Sorting,

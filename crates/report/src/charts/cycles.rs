@@ -14,9 +14,9 @@ const TITLE: &str = "Where the cycles go";
 /// Title of the axis.
 const SHARE: &str = "share of the unit's cycles, %";
 
-/// Colours of waits for the memory, in their order.
-const OF_MEMORY: [Colour; 5] =
-    [Colour::NAVY, Colour::BLUE, Colour::PURPLE, Colour::SKY, Colour::INK];
+/// Colours of waits for the memory, in their order: no machine has both the second and the last.
+const OF_MEMORY: [Colour; 6] =
+    [Colour::NAVY, Colour::BLUE, Colour::PURPLE, Colour::SKY, Colour::INK, Colour::BLUE];
 
 /// Colours of waits for other units: those of tail units, late conversion and depth slices exclude
 /// each other.
@@ -30,7 +30,8 @@ pub(crate) fn colours() -> Vec<Colour> {
         (Stall::OUTPUT, _) => Some(Colour::VERMILION),
         (_, From::Memory) => memory.next(),
         (_, From::Stage(_)) => units.next(),
-        (_, From::Neighbour) => Some(Colour::GREY),
+        (Stall::BANK, _) => Some(Colour::GREY),
+        (_, From::Neighbour) => Some(Colour::YELLOW),
     };
     let mut wait = wait;
     let of = |part| match part {

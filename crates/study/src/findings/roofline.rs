@@ -2,6 +2,7 @@
 //! of its own units.
 
 use crate::run_record::Run;
+use powergs_core::flow::gpu::KernelPart;
 use powergs_core::run::System;
 use powergs_core::stage::{StageDecl, WorkDecl, hardware, stages};
 use powergs_energy::action::Phase;
@@ -77,7 +78,11 @@ impl Roofline {
             _ => 0,
         });
         let units = Phase::WORK.map(|phase| {
-            let mine = stages().iter().filter(|s| s.phase == phase && s.count(machine) > 0);
+            // Where units of one stage do the work of every phase, they are its units in each.
+            let own = machine.flow().stages();
+            let is_apart = own.iter().any(|s| s.phase == phase && s.units.is_some());
+            let mine = stages().iter().filter(|s| s.phase == phase || !is_apart);
+            let mine = mine.filter(|s| s.count(machine) > 0);
             let peak = |stage: &&&StageDecl| -> f64 {
                 let one = stage.a_cycle(machine).map(|(key, n)| n * f64::from(of_work(key)));
                 one.sum::<f64>() * f64::from(stage.count(machine)) * machine.clock.0
@@ -97,12 +102,18 @@ impl Roofline {
     pub fn points(&self, run: &Run) -> Vec<Point> {
         let (mut flops, mut bytes) = ([0.0; 3], [0.0; 3]);
         let (mut first, mut all) = (0.0, 0.0);
+        let mut of_kernels = [0.0; 3];
         for frame in &run.frames {
             let Some(cycle) = frame.cycle() else { return Vec::new() };
             let (timing, clock) = (&cycle.timing, cycle.clock.0);
             let colour = flops::colour_share(frame.colour_degree());
             first += timing.preprocessing_end as f64 / clock;
             all += timing.frame as f64 / clock;
+            for (part, cycles) in
+                KernelPart::ALL.iter().zip(cycle.kernels.iter().flat_map(|k| k.parts))
+            {
+                of_kernels[part.phase() as usize] += cycles as f64 / clock;
+            }
             for (i, stage) in Phase::WORK.into_iter().enumerate() {
                 bytes[i] += (frame.stages[i].read + frame.stages[i].write) as f64;
                 for (action, does) in hardware().actions() {
@@ -126,14 +137,17 @@ impl Roofline {
         // The least time that the units take for the operations of a stage.
         let least = |i: usize| if flops[i] > 0.0 { flops[i] / self.units[i].1 } else { 0.0 };
         let busy: [f64; 3] = std::array::from_fn(least);
+        // Kernels follow each other; other machines sort and render at the same time.
+        let in_turn = of_kernels.iter().sum::<f64>() > 0.0;
         let seconds = match self.overlaps {
+            false if in_turn => of_kernels,
             false => [first, all - first, all - first],
             true => [all; 3],
         };
         let mut points: Vec<Point> = (0..3)
             .map(|i| point(Some(Phase::WORK[i]), flops[i], bytes[i], seconds[i], busy[i]))
             .collect();
-        let tiles = busy[1].max(busy[2]);
+        let tiles = if in_turn { busy[1] + busy[2] } else { busy[1].max(busy[2]) };
         let whole = if self.overlaps { busy[0].max(tiles) } else { busy[0] + tiles };
         points.push(point(None, flops.iter().sum(), bytes.iter().sum(), all, whole));
         points.retain(|p| {

@@ -23,11 +23,20 @@ pub(super) fn bars(system: &System, frames: &[FrameReport], fps: f64) -> Option<
     };
     let power_w = power(system.prices())?;
     let cited = cited(system);
+    let prices = system.table(FileKind::Energy).unwrap_or_default();
     let mut bars = Vec::new();
     for (number, assumption) in assumptions() {
         let assumption_name = format!("A{number}");
         for knob in &assumption.knobs {
-            if !is_at_work(system, knob, cited.contains(&assumption_name)) {
+            let is_cited = cited.contains(&assumption_name);
+            let sources = sources(&prices, knob);
+            let is_assumption =
+                |source: &&str| source.strip_prefix('A').is_some_and(|n| n.parse::<u16>().is_ok());
+            // Other assumptions are behind all of these prices.
+            let is_of_others = !sources.is_empty()
+                && sources.iter().all(is_assumption)
+                && !sources.contains(&assumption_name.as_str());
+            if !is_at_work(system, knob, is_cited, is_of_others) {
                 continue;
             }
             let Some(sides) = knob.turns() else { continue };
@@ -47,16 +56,42 @@ pub(super) fn bars(system: &System, frames: &[FrameReport], fps: f64) -> Option<
 /// Whether a knob is of prices that the machine has. What it moves there, turning it tells; but a
 /// price of the memory is only that of the assumption which its device cites, and a number of a
 /// technology is none of another.
-fn is_at_work(system: &System, knob: &Knob, is_cited: bool) -> bool {
+fn is_at_work(system: &System, knob: &Knob, is_cited: bool, is_of_others: bool) -> bool {
     let is_of_a_device = knob.with.iter().any(|set| set.starts_with("dram.device="))
         || knob.keys.iter().any(|key| key == "energy.scale");
     let node = system.energy_table().node.map(|node| node.0);
     let is_of_its_node = knob.node.is_none_or(|nm| node == Some(f64::from(nm)));
     match knob.file {
         KnobFile::Machine => false,
-        KnobFile::Energy => knob.on.is_none() && is_of_its_node,
+        KnobFile::Energy => knob.on.is_none() && is_of_its_node && !is_of_others,
         KnobFile::Dram => knob.on.is_none() && (is_cited || !is_of_a_device),
     }
+}
+
+/// The sources beside the prices that a knob turns: `actions.alpha.source` beside
+/// `actions.*.energy`.
+fn sources<'a>(prices: &'a Table, knob: &Knob) -> BTreeSet<&'a str> {
+    let mut found = BTreeSet::new();
+    for key in &knob.keys {
+        let mut at: Vec<&toml::Value> = Vec::new();
+        let mut parts: Vec<&str> = key.split('.').collect();
+        parts.pop();
+        for (i, part) in parts.iter().enumerate() {
+            let inside = |table: &'a Table| -> Vec<&'a toml::Value> {
+                match *part {
+                    "*" => table.values().collect(),
+                    name => table.get(name).into_iter().collect(),
+                }
+            };
+            at = match i {
+                0 => inside(prices),
+                _ => at.into_iter().filter_map(toml::Value::as_table).flat_map(inside).collect(),
+            };
+        }
+        let source = |value: &&'a toml::Value| value.get("source")?.as_str();
+        found.extend(at.iter().filter_map(source));
+    }
+    found
 }
 
 /// The assumptions that the prices of the DRAM device cite.
