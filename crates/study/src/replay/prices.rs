@@ -33,10 +33,10 @@ pub(super) fn bars(system: &System, frames: &[FrameReport], fps: f64) -> Option<
             let is_assumption =
                 |source: &&str| source.strip_prefix('A').is_some_and(|n| n.parse::<u16>().is_ok());
             // Other assumptions are behind all of these prices.
-            let is_of_others = !sources.is_empty()
-                && sources.iter().all(is_assumption)
-                && !sources.contains(&assumption_name.as_str());
-            if !is_at_work(system, knob, is_cited, is_of_others) {
+            let is_named = sources.contains(assumption_name.as_str());
+            let is_of_others =
+                !sources.is_empty() && sources.iter().all(is_assumption) && !is_named;
+            if !is_at_work(system, knob, is_cited, [is_named, is_of_others]) {
                 continue;
             }
             let Some(sides) = knob.turns() else { continue };
@@ -56,14 +56,20 @@ pub(super) fn bars(system: &System, frames: &[FrameReport], fps: f64) -> Option<
 /// Whether a knob is of prices that the machine has. What it moves there, turning it tells; but a
 /// price of the memory is only that of the assumption which its device cites, and a number of a
 /// technology is none of another.
-fn is_at_work(system: &System, knob: &Knob, is_cited: bool, is_of_others: bool) -> bool {
+fn is_at_work(
+    system: &System,
+    knob: &Knob,
+    is_cited: bool,
+    [is_named, is_of_others]: [bool; 2],
+) -> bool {
     let is_of_a_device = knob.with.iter().any(|set| set.starts_with("dram.device="))
         || knob.keys.iter().any(|key| key == "energy.scale");
     let node = system.energy_table().node.map(|node| node.0);
     let is_of_its_node = knob.node.is_none_or(|nm| node == Some(f64::from(nm)));
     match knob.file {
         KnobFile::Machine => false,
-        KnobFile::Energy => knob.on.is_none() && is_of_its_node && !is_of_others,
+        // What is about another machine is about all whose prices name it.
+        KnobFile::Energy => (knob.on.is_none() || is_named) && is_of_its_node && !is_of_others,
         KnobFile::Dram => knob.on.is_none() && (is_cited || !is_of_a_device),
     }
 }
