@@ -1,12 +1,13 @@
 //! `render`: images of a scene as PNG.
 
-mod order;
+mod machine;
+mod pixels;
 
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use order::OrderArgs;
+use machine::MachineViewArgs;
 
 use super::gaze::{note_default, note_missing};
 use super::output_file::Overwrite;
@@ -31,7 +32,9 @@ Examples:
       --levels -o map/
   powergs-sim render scene.ply --cameras path.json --order last -o stale/
   powergs-sim render scene.ply --cameras path.json --order update \\
-      --arch neo -o neo/";
+      --arch neo -o neo/
+  powergs-sim render scene.ply --cameras path.json --pixels warped \\
+      --set pixels.period=5 -o warped/";
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -52,9 +55,9 @@ pub struct RenderArgs {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
-    /// The order of lists.
+    /// What a machine makes of them.
     #[command(flatten)]
-    pub order: OrderArgs,
+    pub machine: MachineViewArgs,
 }
 
 /// Memory for a pixel while a picture is rendered and written, bytes.
@@ -70,17 +73,20 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     if is_png(&args.output) {
         args.overwrite.check(&args.output)?;
     }
-    let mut ordered = args.order.open(args.shown.background.0)?;
+    let mut machine = args.machine.open(args.shown.background.0)?;
     let (scene, cameras) = args.shown.open(context)?;
     let count = cameras.len();
-    if ordered.is_some() {
+    if machine.is_some() {
+        let given = if args.machine.order.is_some() { "--order" } else { "--pixels" };
         if matches!(scene, Shown::Foveated(_)) {
-            let what = "--order: of plain models; leave the gaze out, or the order";
+            let what = format!("{given}: of plain models; leave the gaze out, or {given}");
             return Err(Failure::new(Exit::Usage, what));
         }
         if args.frame.is_some() || is_png(&args.output) {
-            let what = "--order: views are frames one after the other, all of which are rendered; \
-                        name a folder, and no --frame";
+            let what = format!(
+                "{given}: views are frames one after the other, all of which are rendered; name a \
+                 folder, and no --frame"
+            );
             return Err(Failure::new(Exit::Usage, what));
         }
     }
@@ -105,9 +111,9 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
-        let picture = match (&scene, &mut ordered) {
-            (Shown::Plain(scene), Some(ordered)) => {
-                ordered.next(&scene.gaussians, camera, args, context)?
+        let picture = match (&scene, &mut machine) {
+            (Shown::Plain(scene), Some(machine)) => {
+                machine.next(&scene.gaussians, camera, args, context)?
             }
             (Shown::Plain(scene), None) => render(&scene.gaussians, camera, &options).picture,
             (Shown::Foveated(model), _) => {
@@ -132,8 +138,8 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
         progress.advance(1);
     }
     drop(progress);
-    match ordered {
-        Some(ordered) => ordered.report(context, &targets),
+    match machine {
+        Some(machine) => machine.report(context, &targets),
         None => report(context, &cameras, &targets),
     }
 }

@@ -43,7 +43,7 @@ pub mod tile_wise;
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{
     CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary,
-    RegionWork, StereoSummary,
+    PixelSummary, RegionWork, StereoSummary,
 };
 
 /// A dataflow.
@@ -176,6 +176,14 @@ pub trait Dataflow: Sync {
         })
     }
 
+    /// Whether a trace of so many frames shows what a machine does.
+    ///
+    /// # Errors
+    /// [`Incompatible`]: too few.
+    fn goes_over(&self, _machine: &Machine, _frames: usize) -> Result<(), Incompatible> {
+        Ok(())
+    }
+
     /// What decides what a machine takes over from the frame before: machines with the same work
     /// and the same numbers take over the same. `None` where each frame stands alone.
     fn takes_over(&self, _machine: &Machine) -> Option<Vec<u32>> {
@@ -290,18 +298,18 @@ pub type Handed = Box<dyn Any + Send + Sync>;
 /// What machines with the same [`Dataflow::takes_over`] keep of frames: each eye of pairs has its
 /// own, since the order of a view is kept best by the next one of the same eye.
 #[derive(Default)]
-pub struct History([Option<Handed>; Eye::ALL.len()]);
+pub struct History([BTreeMap<TypeId, Handed>; Eye::ALL.len()]);
 
 impl History {
-    /// Takes out what was kept for an eye.
+    /// Takes out what of this kind was kept for an eye.
     pub fn take<T: 'static>(&mut self, eye: Option<Eye>) -> Option<T> {
-        let kept = self.0[eye.map_or(0, |eye| eye as usize)].take()?;
+        let kept = self.0[eye.map_or(0, |eye| eye as usize)].remove(&TypeId::of::<T>())?;
         kept.downcast().ok().map(|kept| *kept)
     }
 
     /// Keeps something for the next frame of an eye.
     pub fn keep<T: Send + Sync + 'static>(&mut self, eye: Option<Eye>, next: T) {
-        self.0[eye.map_or(0, |eye| eye as usize)] = Some(Box::new(next));
+        self.0[eye.map_or(0, |eye| eye as usize)].insert(TypeId::of::<T>(), Box::new(next));
     }
 }
 

@@ -5,6 +5,7 @@
 
 pub mod agents;
 pub mod bank;
+pub mod blocks;
 pub mod buffer;
 pub mod calibration;
 pub mod divide;

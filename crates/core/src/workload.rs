@@ -2,6 +2,7 @@
 
 pub mod bin;
 pub mod binning;
+pub mod blend;
 pub mod cache;
 mod chunk;
 pub mod demand;
@@ -15,7 +16,7 @@ mod storage;
 mod tile;
 
 use powergs_frame::fovea::ScreenGaze;
-use powergs_frame::scene::ShDegree;
+use powergs_frame::scene::{Camera, ShDegree};
 use powergs_frame::splat::{Counters, FoveaCounters, Intersection, Splat};
 
 pub use bin::{bin, bin_for};
@@ -268,6 +269,8 @@ pub const STORAGE_RECORDS_MAX: u64 = 1 << 27;
 pub struct FrameWorkload {
     /// The geometry it was binned with; a machine with another one cannot be run on it.
     pub geometry: Geometry,
+    /// The camera that sees it; `None` where there is no frame.
+    pub camera: Option<Camera>,
     /// Degree of the scene's spherical harmonics: 3 where the trace does not say.
     pub sh_degree: ShDegree,
     /// Image width, pixels.
@@ -381,6 +384,7 @@ impl FrameWorkload {
     pub fn empty(geometry: Geometry) -> FrameWorkload {
         FrameWorkload {
             geometry,
+            camera: None,
             sh_degree: ShDegree::MAX,
             width: 0,
             height: 0,

@@ -264,6 +264,16 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
+    if let Some(rendered) = record.mean(Key::PixelsRendered) {
+        let known = record.mean(Key::PixelsKnown).map(|known| {
+            format!(" Of those that look up their first Gaussians {} % stop there.", percent(known))
+        });
+        page.paragraph(format!(
+            "{} % of the pixels are rendered.{}",
+            percent(rendered),
+            known.unwrap_or_default()
+        ));
+    }
     if let Some(kept) = record.mean(Key::SecondEyeKept) {
         let [changed, cut_off] =
             [Key::SecondEyeChanged, Key::SecondEyeCutOff].map(|key| percent(record.value(key)));

@@ -86,7 +86,8 @@ pub fn fitting(
         let refuses = |workload: &Workload| {
             // Of its size, but empty: what a machine holds of a frame is known without splats.
             let preset = workload.preset()?;
-            let mut frames = frames(&Workload { views: 1, ..workload.clone() }, preset, 200);
+            let mut frames =
+                frames(&Workload { views: workload.views.min(2), ..workload.clone() }, preset, 200);
             on_each(std::slice::from_ref(&system), 60.0, &mut *frames, None, &()).err()
         };
         match workloads.iter().find_map(refuses) {

@@ -51,7 +51,8 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         (_, "arch") => names(MACHINES.to_vec(), &["toml"]),
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
         ("compare", "workloads") => list(compare::workload_names),
-        ("render", "order") => list(orders),
+        ("render", "order") => list(|| values_of("gsu.impl")),
+        ("render", "pixels") => list(|| values_of("pixels.source")),
         (_, "energy") => names(ENERGY.to_vec(), &["toml", "yaml", "yml"]),
         ("synth", "preset") => names(SYNTH.to_vec(), &["toml"]),
         (_, "display" | "preset") => names(DISPLAYS.to_vec(), &["toml"]),
@@ -67,9 +68,9 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
     })
 }
 
-/// The values of `gsu.impl`.
-fn orders() -> Vec<Described> {
-    let docs = key_docs::<Machine>().into_iter().find(|doc| doc.path == "gsu.impl");
+/// The values of a key of machines.
+fn values_of(path: &str) -> Vec<Described> {
+    let docs = key_docs::<Machine>().into_iter().find(|doc| doc.path == path);
     let choices = docs.map(|doc| doc.choices()).unwrap_or_default();
     choices.into_iter().map(|choice| (choice, String::new())).collect()
 }

@@ -52,6 +52,7 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore-nerarch",
     "gscore-powergs",
     "h100",
+    "ls-gaussian",
     "lumina",
     "metasapiens",
     "nebula",

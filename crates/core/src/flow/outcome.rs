@@ -31,6 +31,8 @@ pub struct FlowOutcome {
     pub stereo: Option<StereoSummary>,
     /// The kernels, where the machine is a GPU.
     pub kernels: Option<KernelSummary>,
+    /// Where pixels come from, where not all are rendered.
+    pub pixels: Option<PixelSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionWork>>,
 }
@@ -54,6 +56,7 @@ impl FlowOutcome {
             cache: None,
             stereo: None,
             kernels: None,
+            pixels: None,
             fovea: None,
         }
     }
@@ -128,6 +131,35 @@ pub struct KernelSummary {
     pub slots: u64,
     /// Those of them whose pixel has not stopped.
     pub live: u64,
+}
+
+/// Where the pixels of a frame come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PixelSummary {
+    /// Pixels of the image.
+    pub pixels: u64,
+    /// Those that are rendered.
+    pub rendered: u64,
+    /// Those that are moved from the frame before.
+    pub taken: u64,
+    /// Those that are filled in from their neighbours.
+    pub filled: u64,
+    /// Pixels that look up their first Gaussians.
+    pub lookups: u64,
+    /// Those whose colour is known by them.
+    pub hits: u64,
+}
+
+impl PixelSummary {
+    /// Adds another frame.
+    pub fn add(&mut self, other: &PixelSummary) {
+        self.pixels += other.pixels;
+        self.rendered += other.rendered;
+        self.taken += other.taken;
+        self.filled += other.filled;
+        self.lookups += other.lookups;
+        self.hits += other.hits;
+    }
 }
 
 /// What a second view that is made of the first one has of its own lists.

@@ -19,6 +19,7 @@ pub mod lists;
 pub mod measures;
 mod optional;
 pub mod pipeline;
+pub mod pixels;
 pub mod qsu;
 mod reference;
 pub mod regions;
@@ -65,6 +66,7 @@ pub use tables::*;
 
 use kept_order::{KeptOrder, TableUse};
 use measures::CacheKey;
+use pixels::SomePixels;
 use schedule::Plan;
 use stereo::EyeWork;
 use subtiles::{ChunkRun, Discipline};
@@ -73,13 +75,14 @@ use vru::{ALPHA, STOPPED_PIXEL};
 const KEY: &str = "tile-wise";
 
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 10] = [
+pub const STAGES: [&StageDecl; 11] = [
     &ccu::CCU,
     &qsu::QSU,
     &bsu::BSU,
     &vru::VRU,
     &vru::FRONTS,
     &stereo::STEREO,
+    &pixels::PIXELS,
     &cache::CACHE,
     &lists::LISTS,
     &colour::CODEBOOK,
@@ -179,11 +182,19 @@ impl Dataflow for TileWiseFlow {
         accounts::fits(workload(task)?, task)
     }
 
+    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), Incompatible> {
+        pixels::goes_over(machine, frames)
+    }
+
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
         let (gsu, stereo) = (&machine.tiles().gsu, &machine.tiles().stereo);
-        let period = gsu.period();
+        let (period, pixels) = (gsu.period(), machine.tiles().pixel_numbers());
         if gsu.keeps_lists() {
-            return Some(vec![gsu.implementation as u32, gsu.reuse_period, gsu.margin]);
+            let kept = vec![gsu.implementation as u32, gsu.reuse_period, gsu.margin];
+            return Some([kept, pixels.unwrap_or_default()].concat());
+        }
+        if pixels.is_some() {
+            return pixels;
         }
         // Orders and second views exclude each other.
         match stereo.implementation {
@@ -203,11 +214,19 @@ impl Dataflow for TileWiseFlow {
         if let Some(pair) = EyeWork::of(machine.tiles(), work.of()?, eye, history) {
             return Some(Box::new(pair));
         }
-        let gsu = &machine.tiles().gsu;
-        if gsu.keeps_lists() {
-            return Some(Box::new(KeptOrder::of(gsu, work.of()?, eye, history)?));
+        let (gsu, workload) = (&machine.tiles().gsu, work.of::<FrameWorkload>()?);
+        let kept = match gsu.keeps_lists() {
+            true => Some(KeptOrder::of(gsu, workload, eye, history)?),
+            false => None,
+        };
+        let made = kept.as_ref().and_then(|kept| kept.made.as_deref());
+        if let Some(some) = SomePixels::of(machine, made.unwrap_or(workload), eye, history, false) {
+            return Some(Box::new((kept, some)));
         }
-        let reuse = measures::reuse(work.of()?, eye, machine.tiles().gsu.period(), history)?;
+        if let Some(kept) = kept {
+            return Some(Box::new(kept));
+        }
+        let reuse = measures::reuse(workload, eye, machine.tiles().gsu.period(), history)?;
         Some(Box::new(reuse))
     }
 
@@ -245,6 +264,8 @@ pub struct FrameContext<'a> {
     /// What each chunk takes where units have to be followed through the sub-tiles; [`replay`] and
     /// its kin measure it themselves.
     pub runs: Option<&'a [ChunkRun]>,
+    /// What of the frame is rendered, where that is not all.
+    pub pixels: Option<&'a SomePixels>,
     /// Whether it is the second eye of a pair, whose lists come from the first one on chip.
     pub derived: bool,
     /// What the `calibrated` model of the memory knows of the frame; [`replay`] and its kin measure
@@ -372,7 +393,12 @@ fn run(
         return pair_frame(task, workload, pair, observer);
     }
     if let Some(kept) = task.before.and_then(|before| before.downcast_ref::<KeptOrder>()) {
-        return kept_frame(task, workload, kept, observer);
+        return kept_frame(task, workload, (Some(kept), None), observer);
+    }
+    let some =
+        task.before.and_then(|before| before.downcast_ref::<(Option<KeptOrder>, SomePixels)>());
+    if let Some((kept, some)) = some {
+        return kept_frame(task, workload, (kept.as_ref(), Some(some)), observer);
     }
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let reuse = reuse.map(|reuse| reuse.lists.as_slice());
@@ -396,22 +422,26 @@ fn run_in(
     Ok(outcome)
 }
 
-/// A frame that goes through lists of frames before, or leaves its own.
+/// A frame that goes through lists of frames before, or leaves its own, or of which not all pixels
+/// are rendered.
 fn kept_frame(
     task: &FrameTask<'_>,
     workload: &FrameWorkload,
-    kept: &KeptOrder,
+    (kept, some): (Option<&KeptOrder>, Option<&SomePixels>),
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
     // What others share is of the frame's own lists.
     let own = Memo::default();
-    let (workload, memo) = match &kept.made {
-        Some(made) => (&**made, &own),
-        None => (workload, task.memo),
-    };
-    let context = FrameContext { table: Some(&kept.lists), ..FrameContext::default() };
+    let made = some.and_then(|some| some.made.as_deref());
+    let made = made.or_else(|| kept.and_then(|kept| kept.made.as_deref()));
+    let (workload, memo) = made.map_or((workload, task.memo), |made| (made, &own));
+    let table = kept.map(|kept| &kept.lists);
+    let context = FrameContext { table, pixels: some, ..FrameContext::default() };
     let mut outcome = run_in(&FrameTask { memo, ..*task }, workload, context, observer)?;
-    outcome.lists = kept.summary.map(ListOrder::Reused);
+    if let Some(kept) = kept {
+        outcome.lists = kept.summary.map(ListOrder::Reused);
+    }
+    outcome.pixels = some.map(|some| some.summary);
     Ok(outcome)
 }
 
@@ -450,6 +480,7 @@ fn outcome_of(
         cache: None,
         stereo: None,
         kernels: None,
+        pixels: None,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),

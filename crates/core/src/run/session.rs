@@ -298,6 +298,11 @@ impl<'a> Session<'a> {
     ) -> Result<Folded<S>, RunError> {
         let parts = self.parts(subjects)?;
         let (range, eyes) = (self.frames.range(), self.frames.eyes());
+        for machine in subjects.iter().filter_map(Subject::machine) {
+            machine.flow().goes_over(machine, range.len() / eyes).map_err(|reason| {
+                RunError::Incompatible { frame: self.frames.name().to_owned(), reason }
+            })?;
+        }
         self.watch.begins((range.len() * parts.len()) as u64, self.steps(subjects));
         let mut states: Vec<(usize, S)> = Vec::with_capacity(subjects.len());
         let mut done = 0;

@@ -102,6 +102,7 @@ impl Then for CycleReport {
             cache,
             stereo,
             kernels,
+            pixels,
             fovea,
         } = next;
         self.timing.then(timing);
@@ -124,6 +125,9 @@ impl Then for CycleReport {
         // It is of the second view alone.
         self.stereo = stereo;
         self.kernels.then(kernels);
+        if let (Some(first), Some(second)) = (&mut self.pixels, &pixels) {
+            first.add(second);
+        }
         self.fovea.then(fovea);
     }
 }

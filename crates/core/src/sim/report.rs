@@ -1,7 +1,9 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::flow::{CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, StereoSummary};
+use crate::flow::{
+    CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, PixelSummary, StereoSummary,
+};
 use crate::kernel::FrameTiming;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::ActionCounts;
@@ -83,6 +85,8 @@ pub struct CycleReport {
     pub stereo: Option<StereoSummary>,
     /// The kernels, where the machine is a GPU.
     pub kernels: Option<KernelSummary>,
+    /// Where pixels come from, where not all are rendered.
+    pub pixels: Option<PixelSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }

@@ -96,6 +96,7 @@ pub fn priced(
             cache: outcome.cache,
             stereo: outcome.stereo,
             kernels: outcome.kernels,
+            pixels: outcome.pixels,
             fovea: regions::priced(timed, prices),
         })),
     };

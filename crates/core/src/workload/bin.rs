@@ -78,6 +78,7 @@ pub fn bin_for(frame: &Frame, geometry: Geometry, detail: FrameDetail) -> FrameW
     let fovea = fovea.map(|fovea| fovea.work(&runs.touches, &first_tile, &parts));
     FrameWorkload {
         counters,
+        camera: Some(camera.clone()),
         sh_degree: frame.facts.colour_degree(),
         fovea,
         groups,

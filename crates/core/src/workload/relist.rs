@@ -2,7 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::{ChunkScratch, ChunkWork, FrameWorkload, TilePixels, TileWork, push_chunks};
+use super::{
+    ChunkScratch, ChunkWork, FrameWorkload, STORAGE_BLOCK, StoragePrefix, TilePixels, TileWork,
+    push_chunks,
+};
+use powergs_frame::splat::Counters;
 
 /// What a tile goes through in place of its own list.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +19,8 @@ pub struct TileList {
     pub iterated: Vec<u32>,
     /// Entries that its pixels blend.
     pub blends: u64,
+    /// Pixels of it that are finished; `None` for all inside of the image.
+    pub finished: Option<u32>,
 }
 
 /// What a list comes to.
@@ -41,6 +47,7 @@ impl FrameWorkload {
             height: self.height,
             tiles_x: self.tiles_x,
             tiles_y: self.tiles_y,
+            camera: self.camera.clone(),
             sh_degree: self.sh_degree,
             detail: self.detail,
             pixels: self.pixels.clone(),
@@ -77,6 +84,71 @@ impl FrameWorkload {
         made
     }
 
+    /// The frame with a part of its own lists: whole lists of some tiles, none of the others. What
+    /// is converted, tested and written is that which they need.
+    ///
+    /// # Panics
+    /// As [`FrameWorkload::with_lists`].
+    pub fn with_some_lists(&self, lists: Vec<TileList>) -> FrameWorkload {
+        let mut made = self.with_lists(lists);
+        let mut pairs = vec![0u32; self.index.len()];
+        made.list.iter().for_each(|&rank| pairs[rank as usize] += 1);
+        let fetched_points = made.counters.fetched_points;
+        let splats = pairs.iter().filter(|&&pairs| pairs > 0).count() as u64;
+        let (all, whole) = (&self.counters, made.list.len() as u64);
+        let part = |n: u64, of: u64, all: u64| {
+            (u128::from(n) * u128::from(of) / u128::from(all.max(1))) as u64
+        };
+        made.counters = Counters {
+            tile_pairs: whole,
+            intersecting_points: splats,
+            fetched_points,
+            obb_tests: part(all.obb_tests, whole, all.tile_pairs),
+            obb_prepared: part(all.obb_prepared, splats, all.intersecting_points),
+            tile_loads: made.tiles.iter().map(|tile| u64::from(tile.loaded)).sum(),
+            alpha_evaluations: made.tiles.iter().map(|tile| tile.alpha_evaluations).sum(),
+            blends: made.tiles.iter().map(|tile| tile.blends).sum(),
+            ..*all
+        };
+        made.place(&pairs, &self.storage, (splats, all.intersecting_points));
+        made
+    }
+
+    /// Says where splats lie of which so many pairs are written, by rank. Box tests are as the
+    /// pairs, `before` has them for the whole frame.
+    fn place(&mut self, pairs: &[u32], before: &[StoragePrefix], (splats, all): (u64, u64)) {
+        let mut ranks: Vec<u32> = (0..pairs.len() as u32).collect();
+        ranks.retain(|&rank| pairs[rank as usize] > 0);
+        ranks.par_sort_unstable_by_key(|&rank| self.index[rank as usize]);
+        self.slot = vec![u32::MAX; pairs.len()];
+        let mut own = vec![[0u32; 2]; before.len()];
+        for (slot, &rank) in (0..).zip(&ranks) {
+            self.slot[rank as usize] = slot;
+            let block = self.index[rank as usize] as usize / STORAGE_BLOCK as usize;
+            if let Some([splats, written]) = own.get_mut(block) {
+                *splats += 1;
+                *written += pairs[rank as usize];
+            }
+        }
+        let needed = |rank: &u32| self.slot[*rank as usize].wrapping_add(1);
+        for tile in &mut self.tiles {
+            let list = &self.list[tile.list_start as usize..][..tile.entries as usize];
+            tile.complete_after = list.iter().map(needed).max().unwrap_or(0);
+        }
+        let (written, whole) = (u128::from(self.counters.tile_pairs), before.last());
+        let whole = whole.map_or(1, |whole| u128::from(whole.pairs.max(1)));
+        let mut sum = StoragePrefix::default();
+        self.storage = before.to_vec();
+        for (prefix, [own, pairs]) in self.storage.iter_mut().zip(own) {
+            sum.splats += own;
+            sum.pairs += pairs;
+            prefix.prepared =
+                (u64::from(prefix.prepared) * splats / all.max(1)).min(u32::MAX.into()) as u32;
+            prefix.tests = (u128::from(prefix.tests) * written / whole) as u32;
+            (prefix.splats, prefix.pairs) = (sum.splats, sum.pairs);
+        }
+    }
+
     fn part(&self, tile: usize, list: &TileList) -> Relisted {
         let (g, own) = (self.geometry, &self.tiles[tile]);
         let (x0, _, x1, _) = self.pixels_of(tile);
@@ -85,7 +157,7 @@ impl FrameWorkload {
         let chunks = list.iterated.iter().max().map_or(0, |most| most.div_ceil(g.chunk));
         let chunks = chunks.max(u32::from(n > 0));
         let work = TileWork {
-            pixels: own.pixels,
+            pixels: list.finished.unwrap_or(own.pixels),
             complete_after: list
                 .ranks
                 .iter()

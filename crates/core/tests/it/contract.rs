@@ -28,6 +28,8 @@ fn tile_wise_machines_keep_the_laws() {
                 "record.feature-source=nobody",
                 "vru.colour-operations-per-cycle=133",
             ],
+            &["pixels.source=warped", "pixels.per-cycle=2", "fovea=none"],
+            &["pixels.source=cached", "pixels.ids=2", "fovea=none", "schedule.overlap=frames"],
             &["schedule.overlap=tiles", "gsu.spill=all", "buffers.sorting.capacity=8 KiB"],
         ],
         frames: &frames,

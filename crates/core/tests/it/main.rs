@@ -15,6 +15,7 @@ mod oracle_memory;
 mod pairs;
 mod paper;
 mod pipeline;
+mod pixels;
 mod placement;
 mod recorded;
 mod resident;

@@ -98,6 +98,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
             })),
             cache: Some(CacheSummary { hits: n, misses: n / 2 }),
             kernels: None,
+            pixels: None,
             stereo: Some(StereoSummary {
                 handed_on: n,
                 entries: 2 * n,

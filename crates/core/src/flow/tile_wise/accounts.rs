@@ -1,6 +1,6 @@
 //! What must hold before a frame runs, and after.
 
-use super::{FeatureSource, FrameReplay};
+use super::{FeatureSource, FrameReplay, pixels};
 use crate::flow::{FrameTask, Incompatible, InvariantViolated};
 use crate::machine::Machine;
 use crate::workload::{FrameWorkload, binning};
@@ -20,6 +20,7 @@ pub(super) fn fits(workload: &FrameWorkload, task: &FrameTask<'_>) -> Result<(),
     if tiles.record.id_check && bits < 64 && splats > 1 << bits {
         return Err(Incompatible::Ids { machine: name(), splats, bits });
     }
+    pixels::fits(machine, workload)?;
     if workload.geometry != tiles.geometry {
         let (workload, machine) = (workload.geometry, tiles.geometry);
         return Err(Incompatible::Geometry { workload, machine });

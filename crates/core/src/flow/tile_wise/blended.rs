@@ -1,9 +1,11 @@
-//! The lists of a frame in the order in which a machine blends them: for pictures of it.
+//! The lists of a frame in the order in which a machine blends them, and where its pixels come from:
+//! for pictures of it.
 
 use rayon::prelude::*;
 
 use super::kept_order::KeptOrder;
 use super::measures::{reuse, sorter};
+use super::pixels::{PixelOrigin, SomePixels};
 use super::{GsuImpl, TileWise};
 use crate::flow::History;
 use crate::machine::Machine;
@@ -62,6 +64,20 @@ pub fn blended_lists(
     let out_of_order = |list: &Vec<u32>| list.windows(2).filter(|w| w[0] > w[1]).count() as u64;
     let out_of_order = tiles.par_iter().map(out_of_order).sum();
     BlendedLists { tiles, taken, out_of_order }
+}
+
+/// Where the pixels of a frame come from on a machine that has shown those in `history`; `None`
+/// where all are rendered.
+///
+/// # Panics
+/// As [`blended_lists`].
+pub fn pixel_origins(
+    machine: &Machine,
+    workload: &FrameWorkload,
+    eye: Option<Eye>,
+    history: &mut History,
+) -> Option<Vec<PixelOrigin>> {
+    SomePixels::of(machine, workload, eye, history, true).map(|some| some.origins)
 }
 
 /// The lists of tiles out of those of their sort groups.

@@ -2,7 +2,9 @@
 
 mod binning;
 
-use super::{FeatureSource, Fetch, GsuImpl, StereoImpl, Termination, TileWise, VruImpl};
+use super::{
+    FeatureSource, Fetch, GsuImpl, PixelSource, StereoImpl, Termination, TileWise, VruImpl,
+};
 use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
 use crate::workload::STORAGE_BLOCK;
 use powergs_base::quantity::Bytes;
@@ -27,6 +29,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
     stereo(machine, &mut found);
+    pixels(machine, &mut found);
     clusters(machine, &mut found);
     binning::check(machine, &mut found);
     codebook(machine, &mut found);
@@ -245,6 +248,88 @@ fn stereo(m: &TileWise, found: &mut Found) {
     if buffer.capacity > SIZE_MAX {
         let message = format!("`stereo.buffer.capacity` = {} is above {SIZE_MAX}", buffer.capacity);
         found.add("stereo.buffer.capacity", message);
+    }
+}
+
+/// Pixels that are not rendered.
+fn pixels(m: &TileWise, found: &mut Found) {
+    let (p, g) = (&m.pixels, &m.geometry);
+    if p.source == PixelSource::All {
+        return;
+    }
+    let mut excludes = |key: &'static str, value: String, remedy: &str, set: String| {
+        let message = format!(
+            "`pixels.source` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
+             or `pixels.source` = \"all\"",
+            p.source.name()
+        );
+        found.add("pixels.source", message);
+        found.ends_with("pixels.source", "all");
+    };
+    let quoted = |name: &str| format!("\"{name}\"");
+    if m.fovea.accumulators > 0 {
+        let remedy = "pixels of a foveated frame have two levels";
+        excludes("fovea.accumulators", m.fovea.accumulators.to_string(), remedy, "0".into());
+    }
+    if m.stereo.implementation != StereoImpl::Separate {
+        let remedy = "the second eye needs all that blends in the first one";
+        let value = quoted(m.stereo.implementation.name());
+        excludes("stereo.impl", value, remedy, quoted("separate"));
+    }
+    if g.sort_group != g.tile {
+        let remedy = "tiles that are not rendered have no part in the list of a group";
+        excludes("geometry.sort-group", g.sort_group.to_string(), remedy, g.tile.to_string());
+    }
+    if m.vru.termination == Termination::None {
+        let remedy = "pixels that never stop do not know what they see first";
+        excludes("vru.termination", quoted("none"), remedy, quoted("subtile"));
+    }
+    let keeps = m.gsu.keeps_lists() && p.source != PixelSource::Cached;
+    if m.gsu.implementation == GsuImpl::Update || keeps {
+        let remedy = "a list that is kept is that of a tile which is rendered in each frame";
+        excludes("gsu.impl", quoted(m.gsu.implementation.name()), remedy, quoted("split"));
+    }
+    if p.source == PixelSource::Cached && !p.region.is_multiple_of(g.tile) {
+        let message = format!(
+            "`pixels.region` = {} is no multiple of `geometry.tile` = {}: a tile is in one region",
+            p.region, g.tile
+        );
+        found.add("pixels.region", message);
+        found.ends_with("pixels.region", p.region.next_multiple_of(g.tile));
+    }
+    if p.source == PixelSource::Warped && p.period == 0 {
+        let message = "`pixels.period` = 0: the first frame is rendered whole; 1 renders all, 5 one \
+                       in five";
+        found.add("pixels.period", message.to_owned());
+        found.ends_with("pixels.period", 5);
+    }
+    if !(0.0..=1.0).contains(&p.holes) {
+        found.add("pixels.holes", format!("`pixels.holes` = {} must be from 0 to 1", p.holes));
+    }
+    for (key, bytes) in [("pixels.depth", p.depth), ("pixels.entry", p.entry)] {
+        if !(1..=RECORD_MAX.0).contains(&bytes.0) {
+            found.add(key, format!("`{key}` = {bytes} must be from 1 B to {RECORD_MAX}"));
+        }
+    }
+    let b = &p.buffer;
+    let least = match p.source {
+        PixelSource::Cached => p.entry.0.saturating_mul(p.ways.into()),
+        _ => 1,
+    };
+    if p.source.has_unit() && (b.capacity.0 < least || b.capacity > SIZE_MAX) {
+        let message = format!(
+            "`pixels.buffer.capacity` = {} must be from {}, a set of the cache, to {SIZE_MAX}",
+            b.capacity,
+            Bytes(least)
+        );
+        found.add("pixels.buffer.capacity", message);
+    }
+    if p.source.has_unit() && !(1..=b.capacity.0).contains(&b.word.0) {
+        let message = format!(
+            "`pixels.buffer.word` = {} must be from 1 B to the capacity, {}",
+            b.word, b.capacity
+        );
+        found.add("pixels.buffer.word", message);
     }
 }
 

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 use super::{GsuImpl, GsuSpec};
 use crate::flow::History;
+use crate::workload::blend::TileBlend;
 use crate::workload::reuse::{GONE, ReuseSummary, SortedLists, ranks_by_index, update};
 use crate::workload::{FrameWorkload, TileList};
 use powergs_frame::scene::Eye;
-use powergs_frame::splat::pixel::{PixelAlpha, spans};
-use powergs_frame::splat::{Counters, Splat, TRANSMITTANCE_MIN};
+use powergs_frame::splat::Counters;
 
 /// What a frame does with lists of before.
 #[derive(Debug)]
@@ -175,54 +175,4 @@ fn tile_list(
     let out_of_order = ranks.windows(2).filter(|pair| pair[0] > pair[1]).count() as u64;
     (list.iterated, list.blends, list.ranks) = (pixels.iterated, pixels.blends, ranks);
     (list, out_of_order)
-}
-
-/// The pixels of a tile while they are blended.
-struct TileBlend<'a> {
-    splats: &'a [Splat],
-    area: (u32, u32, u32, u32),
-    /// Whether nothing stops.
-    whole: bool,
-    transmittance: Vec<f32>,
-    iterated: Vec<u32>,
-    blends: u64,
-}
-
-impl<'a> TileBlend<'a> {
-    fn new(workload: &'a FrameWorkload, tile: usize, entries: u32) -> TileBlend<'a> {
-        let pixels = workload.tiles[tile].pixels as usize;
-        TileBlend {
-            splats: &workload.pixels.as_ref().expect("binned for pixels").splats,
-            area: workload.pixels_of(tile),
-            whole: workload.detail.whole,
-            transmittance: vec![1.0; pixels],
-            iterated: vec![entries; pixels],
-            blends: 0,
-        }
-    }
-
-    /// Blends the splat `rank`, as the rasteriser does: the entry that would leave too little light
-    /// stops a pixel, and is not blended.
-    fn blend(&mut self, at: u32, rank: u32) {
-        let splat = &self.splats[rank as usize];
-        let (alpha, (x0, y0, x1, _)) = (PixelAlpha::of(splat), self.area);
-        for (y, span) in spans(splat, self.area) {
-            let Some([first, end]) = span else { continue };
-            let row = ((y - y0) * (x1 - x0)) as usize;
-            for x in first..end {
-                let pixel = row + (x - x0) as usize;
-                let alpha = if self.iterated[pixel] > at { alpha.at(x, y) } else { 0.0 };
-                if alpha == 0.0 {
-                    continue;
-                }
-                self.blends += 1;
-                let rest = self.transmittance[pixel] * (1.0 - alpha);
-                if rest < TRANSMITTANCE_MIN && !self.whole {
-                    self.iterated[pixel] = at + 1;
-                } else {
-                    self.transmittance[pixel] = rest;
-                }
-            }
-        }
-    }
 }

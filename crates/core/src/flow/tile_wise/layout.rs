@@ -4,13 +4,15 @@
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
 //! "everything"`), bounds of clusters where there are any, projected splats in the order of the
 //! CCUs, tile lists back to back, features in storage order at `record.feature-pitch`, keys that
-//! do not fit the sorting buffers (one MiB a core), and the image, tile by tile. Foveated frames
+//! do not fit the sorting buffers (one MiB a core), what is known of pixels where not all are
+//! rendered, and the image, tile by tile. Foveated frames
 //! have two more in front of the keys: the colours of levels 2 to 4, three records a Gaussian, and
 //! the features of second levels in storage order. Where the CCUs write the feature records there
 //! is no region of projected splats. Where lists are made with pointers (A90), the pointers have a
 //! region behind the lists.
 
 use crate::kernel;
+use crate::kernel::blocks::BlockStream;
 use std::ops::Range;
 
 use crate::flow::tile_wise::FrameContext;
@@ -129,6 +131,8 @@ pub struct Layout<'a> {
     /// Colours of further levels and features of second ones, in foveated frames.
     levels: [(u64, u64); 2],
     spill: u64,
+    /// Pixels that are known.
+    known: u64,
     pixels: (u64, u64),
     /// First byte behind the arrays of the scene.
     scene_end: u64,
@@ -202,7 +206,8 @@ impl<'a> Layout<'a> {
                 ],
             },
             spill: region(u64::from(units.vru.spec.cores) * REGION),
-            pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
+            known: region(context.pixels.map_or(0, |some| BlockStream::bytes(&some.blocks)[0])),
+            pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * units.vru.pixel),
         };
         if r.feature_source == FeatureSource::Ccu {
             layout.projected = (layout.features.0, r.projected.0, r.feature_pitch.0);
@@ -285,6 +290,11 @@ impl<'a> Layout<'a> {
     /// `bytes` of the spill region of `core`, for keys that its sorting buffer does not hold.
     pub fn spill(&self, core: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange { address: self.spill + u64::from(core) * REGION, bytes })
+    }
+
+    /// Where pixels that are known lie, and where they come to.
+    pub fn known(&self) -> [u64; 2] {
+        [self.known, self.pixels.0]
     }
 
     /// The first `bytes` of the pixels of `tile` (row-major index) in the image.

@@ -2,12 +2,13 @@
 
 use super::{
     BinningImpl, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
-    GsuImpl, GsuSpec, StereoImpl, StereoSpec, Termination, VruImpl, VruSpec,
+    GsuImpl, GsuSpec, PixelSource, PixelsSpec, StereoImpl, StereoSpec, Termination, VruImpl,
+    VruSpec,
 };
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 18] = [
+pub(super) const OPTIONAL: [Optional; 23] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -138,6 +139,43 @@ pub(super) const OPTIONAL: [Optional; 18] = [
         keys: &["stereo.lag", "stereo.buffer"],
         with: &["stereo.impl=derived", "fovea=none"],
         is_there: |m| m.of_type::<StereoSpec>().implementation == StereoImpl::Derived,
+    },
+    Optional {
+        what: "pixels that are not rendered",
+        switch: "pixels.source",
+        keys: &["pixels.per-cycle", "pixels.buffer"],
+        with: &["pixels.source=warped", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source.has_unit(),
+    },
+    Optional {
+        what: "`pixels.source` = \"warped\"",
+        switch: "pixels.source",
+        keys: &["pixels.holes", "pixels.depth"],
+        with: &["pixels.source=warped", "pixels.holes=0.5", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Warped,
+    },
+    Optional {
+        what: "frames that are rendered whole and others that are not",
+        switch: "pixels.source",
+        keys: &["pixels.period"],
+        with: &["pixels.source=warped", "pixels.period=2", "fovea=none"],
+        is_there: |m| {
+            matches!(m.of_type::<PixelsSpec>().source, PixelSource::Warped | PixelSource::Sampled)
+        },
+    },
+    Optional {
+        what: "`pixels.source` = \"cached\"",
+        switch: "pixels.source",
+        keys: &["pixels.ids", "pixels.ways", "pixels.entry", "pixels.region"],
+        with: &["pixels.source=cached", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Cached,
+    },
+    Optional {
+        what: "`pixels.source` = \"sampled\"",
+        switch: "pixels.source",
+        keys: &["pixels.stride", "pixels.pattern"],
+        with: &["pixels.source=sampled", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Sampled,
     },
     Optional {
         what: "colour units in its cores",

@@ -19,6 +19,10 @@
 //! each list is read as soon as it is complete. With `frames` cores begin at once: they render this
 //! frame while the CCUs preprocess the next one, which is taken to be like this one (A81).
 //!
+//! **Pixels that are known** (`pixels.source`; A141, A142). Where pixels are moved from the frame
+//! before, CCUs begin when all are: what is rendered is known then. Colours that are found are
+//! fetched beside everything else.
+//!
 //! **Ties.** Within a cycle, CCUs act before cores, each in the order of their number; this decides
 //! which one gets the next batch or job, and whose DRAM request is issued first.
 //!
@@ -38,7 +42,6 @@ mod render;
 use std::ops::Range;
 
 use crate::flow::tile_wise::FrameContext;
-use crate::flow::tile_wise::Overlap;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::batch::{Batches, Pass};
 use crate::flow::tile_wise::bsu::Bsu;
@@ -48,13 +51,16 @@ use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
+use crate::flow::tile_wise::pixels::PXU;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;
 use crate::flow::tile_wise::schedule::{Job, Plan};
 use crate::flow::tile_wise::traffic::pairs_written;
-use crate::flow::tile_wise::vru::{FEATURE, PIXEL_OUT, Vru};
+use crate::flow::tile_wise::vru::{FEATURE, FEATURES, PIXEL_OUT, Vru};
+use crate::flow::tile_wise::{Overlap, PixelsSpec};
 use crate::kernel::Memo;
+use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::buffer::usage;
 use crate::kernel::calibration::Recording;
 use crate::kernel::ledger::cycles;
@@ -67,6 +73,9 @@ use crate::kernel::{self, BufferUse, FrameTiming, Histogram, drive};
 use crate::machine::Machine;
 use crate::workload::FrameWorkload;
 use powergs_energy::action::ActionCounts;
+
+/// What is read and written of pixels that are known.
+const KNOWN: [StreamId; 2] = [STREAMS.id("known-in"), STREAMS.id("known-out")];
 
 /// The memory, with the layout of tile-wise frames.
 type TileMemory<'a> = Memory<'a, Layout<'a>>;
@@ -131,30 +140,54 @@ impl<O> Shared<'_, O> {
     }
 }
 
-/// The agents of the event queue: CCUs, then cores.
-struct Agents {
+/// The agents of the event queue: CCUs, then cores, then what knows pixels.
+struct Agents<'a> {
     ccus: Vec<CcuState>,
     cores: Vec<Core>,
+    pixels: Option<BlockStream<'a>>,
 }
 
-impl Agents {
-    fn new(units: &ResolvedUnits) -> Self {
+impl<'a> Agents<'a> {
+    fn new(
+        units: &ResolvedUnits,
+        spec: &PixelsSpec,
+        context: &FrameContext<'a>,
+        places: [u64; 2],
+    ) -> Self {
         let ccus = units.ccu.spec.units;
-        let cores = 0..units.vru.spec.cores;
+        let cores = units.vru.spec.cores;
+        let unit = BlockUnit {
+            stage: PXU,
+            owner: ccus + cores,
+            rate: spec.per_cycle.into(),
+            streams: KNOWN,
+            places,
+            waits: FEATURES,
+        };
         Self {
             ccus: (0..ccus).map(|ccu| CcuState::new(ccu, ccu, units)).collect(),
-            cores: cores.map(|core| Core::new(core, ccus + core, units)).collect(),
+            cores: (0..cores).map(|core| Core::new(core, ccus + core, units)).collect(),
+            pixels: spec.source.has_unit().then(|| {
+                BlockStream::new(unit, context.pixels.map_or(&[], |some| some.blocks.as_slice()))
+            }),
         }
     }
 
+    fn all(&self) -> usize {
+        self.ccus.len() + self.cores.len() + usize::from(self.pixels.is_some())
+    }
+
     /// Runs some of them from cycle `start` until none has an event left.
-    fn drive<O: Observer>(&mut self, which: Range<usize>, start: u64, shared: &mut Shared<O>) {
+    fn drive<O: Observer>(&mut self, which: Range<usize>, start: u64, shared: &mut Shared<'a, O>) {
         drive(&mut Acting { agents: self, shared }, which, start);
     }
 
     fn account(&mut self, now: u64, observer: &mut impl Observer) {
         self.ccus.iter_mut().for_each(|c| c.account(now, observer));
         self.cores.iter_mut().for_each(|c| c.account(now, observer));
+        if let Some(pixels) = &mut self.pixels {
+            pixels.account.up_to(now, observer);
+        }
     }
 
     fn buffers(&self) -> Vec<BufferUse> {
@@ -171,7 +204,7 @@ impl Agents {
 
 /// Agents with what they share.
 struct Acting<'s, 'a, O> {
-    agents: &'s mut Agents,
+    agents: &'s mut Agents<'a>,
     shared: &'s mut Shared<'a, O>,
 }
 
@@ -181,11 +214,17 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
         let (ccus, shared) = (self.agents.ccus.len(), &mut *self.shared);
         match self.agents.ccus.get_mut(agent) {
             Some(ccu) => ccu.step(now, shared),
-            None => {
-                let core = &mut self.agents.cores[agent - ccus];
-                core.account(now, shared.observer);
-                core.step(now, shared)
-            }
+            None => match self.agents.cores.get_mut(agent - ccus) {
+                Some(core) => {
+                    core.account(now, shared.observer);
+                    core.step(now, shared)
+                }
+                None => {
+                    let pixels = self.agents.pixels.as_mut().expect("the last agent");
+                    let Shared { memory, observer, .. } = shared;
+                    pixels.step(now, memory, AccessPattern::Run, *observer)
+                }
+            },
         }
     }
 
@@ -246,23 +285,34 @@ pub(crate) fn run<O: Observer>(
         rule_check: RuleCheck::new(instances(units)),
         observer,
     };
-    let mut agents = Agents::new(units);
-    let (ccus, all) = (agents.ccus.len(), agents.ccus.len() + agents.cores.len());
+    let mut agents =
+        Agents::new(units, &machine.tiles().pixels, &context, shared.memory.layout().known());
+    let (ccus, all) = (agents.ccus.len(), agents.all());
+    let (begins, all) = match agents.pixels.is_some() && machine.tiles().pixels.source.is_first() {
+        true => {
+            agents.drive(all - 1..all, 0, &mut shared);
+            let begins = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
+            agents.account(begins, shared.observer);
+            (begins, all - 1)
+        }
+        false => (0, all),
+    };
     let preprocessing_end = match overlap {
         Overlap::None => {
             let memo = memo::is_apart(machine, &shared).then_some(memo);
-            memo::preprocess(&mut agents, &mut shared, machine, memo);
-            let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
+            memo::preprocess(&mut agents, &mut shared, machine, memo, begins);
+            let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0).max(begins);
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
             agents.drive(ccus..all, end, &mut shared);
             end
         }
         Overlap::Tiles | Overlap::Frames => {
-            agents.drive(0..all, 0, &mut shared);
-            agents.ccus.iter().map(|c| c.end).max().unwrap_or(0)
+            agents.drive(0..all, begins, &mut shared);
+            agents.ccus.iter().map(|c| c.end).max().unwrap_or(0).max(begins)
         }
     };
-    let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end, u64::max);
+    let known = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
+    let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end.max(known), u64::max);
     let shared = finish(&mut agents, frame, shared);
     outcome(&agents, preprocessing_end, frame, shared)
 }
@@ -275,7 +325,7 @@ fn first_pass(context: &FrameContext) -> Pass {
 
 /// Closes all accounts at the end of the frame.
 fn finish<'a, O: Observer>(
-    agents: &mut Agents,
+    agents: &mut Agents<'_>,
     frame: u64,
     mut shared: Shared<'a, O>,
 ) -> Shared<'a, O> {
@@ -288,7 +338,7 @@ fn finish<'a, O: Observer>(
 }
 
 fn outcome<O: Observer>(
-    agents: &Agents,
+    agents: &Agents<'_>,
     preprocessing_end: u64,
     frame: u64,
     mut shared: Shared<O>,
@@ -307,6 +357,9 @@ fn outcome<O: Observer>(
         vru.units_per_core,
         cores.iter().map(|c| &c.render.ledger),
     ));
+    if let Some(pixels) = &agents.pixels {
+        unit_cycles.push(cycles(PXU, 1, [&pixels.account.ledger].into_iter()));
+    }
     if units.colour.is_some() {
         unit_cycles.push(cycles(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
     }

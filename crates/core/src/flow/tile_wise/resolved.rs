@@ -145,7 +145,7 @@ impl ResolvedUnits {
                 spec: vru.clone(),
                 subtile: machine.tiles().geometry.subtile,
                 feature: machine.tiles().record.feature.0,
-                pixel: machine.tiles().record.pixel.0,
+                pixel: machine.tiles().record.pixel.0 + machine.tiles().pixels.kept().0,
                 fovea: machine.tiles().fovea.clone(),
                 features: Banks::new(&buffers.feature),
                 pixels,

@@ -56,6 +56,9 @@ pub struct TileWise {
     /// How the second view of a pair is made.
     #[serde(default)]
     pub stereo: StereoSpec,
+    /// Which pixels are rendered, and where the others come from.
+    #[serde(default)]
+    pub pixels: PixelsSpec,
     /// Which tile goes where, and what may overlap.
     pub schedule: ScheduleSpec,
     /// Timing rules from outside of this program.
@@ -66,7 +69,10 @@ pub struct TileWise {
 crate::flow::flow_tables!(
     TileWise,
     super::TileWiseFlow,
-    [geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, stereo, schedule,]
+    [
+        geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, stereo, pixels,
+        schedule,
+    ]
 );
 
 impl Machine {
@@ -121,9 +127,29 @@ impl TileWise {
         FrameDetail {
             pixels: self.vru.implementation.needs_pixels()
                 || self.stereo.implementation == StereoImpl::Derived
-                || self.gsu.keeps_lists(),
+                || self.gsu.keeps_lists()
+                || self.pixels.source != PixelSource::All,
             whole: self.vru.termination == Termination::None,
         }
+    }
+
+    /// What decides which pixels are rendered; `None` where all are.
+    pub fn pixel_numbers(&self) -> Option<Vec<u32>> {
+        let p = &self.pixels;
+        let both = |n: u64| [n as u32, (n >> 32) as u32];
+        let of = match p.source {
+            PixelSource::All => return None,
+            PixelSource::Warped => {
+                let bytes = both(self.record.pixel.0 + p.depth.0);
+                [&[p.period][..], &both(p.holes.to_bits()), &bytes].concat()
+            }
+            PixelSource::Cached => {
+                let sizes = [both(p.entry.0), both(p.buffer.capacity.0)].concat();
+                [&[p.ids, p.ways, p.region][..], &sizes].concat()
+            }
+            PixelSource::Sampled => vec![p.period, p.stride, p.pattern as u32],
+        };
+        Some([vec![p.source as u32], of].concat())
     }
 
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile
@@ -150,6 +176,7 @@ impl TileWise {
             binning,
             cache,
             stereo,
+            pixels,
             schedule,
             rules,
         } = self;
@@ -171,6 +198,9 @@ impl TileWise {
         }
         if stereo.implementation != StereoImpl::Separate {
             add(serde_json::to_vec(stereo));
+        }
+        if pixels.source != PixelSource::All {
+            add(serde_json::to_vec(pixels));
         }
         for (unit, rule) in rules.names() {
             bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
@@ -1031,6 +1061,100 @@ impl StereoImpl {
             StereoImpl::Derived => "derived",
         }
     }
+}
+
+/// The `[pixels]` table: which pixels of a frame are rendered, and where the others come from.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct PixelsSpec {
+    /// Where pixels come from.
+    pub source: PixelSource,
+    /// One frame in so many is rendered whole; with `sampled` 0 for none.
+    #[schemars(range(min = 0, max = 1000), extend("x-unit" = "frames"))]
+    pub period: u32,
+    /// Largest share of a tile that may be missing where its pixels are moved: above it is rendered
+    /// anew.
+    #[schemars(range(min = 0, max = 1))]
+    pub holes: f64,
+    /// Depth of a pixel that is kept beside its colour.
+    pub depth: Bytes,
+    /// Gaussians that a pixel blends before it is looked up.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "Gaussians"))]
+    pub ids: u32,
+    /// Ways of a set of the cache of colours.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "ways"))]
+    pub ways: u32,
+    /// An entry of it: tag and colour.
+    pub entry: Bytes,
+    /// Side of the square of pixels that has a cache of its own, which is fetched with it.
+    #[schemars(range(min = 8, max = 4096), extend("x-unit" = "pixels"))]
+    pub region: u32,
+    /// One pixel in a square of this side is rendered.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels"))]
+    pub stride: u32,
+    /// Which one.
+    pub pattern: SamplePattern,
+    /// Pixels that the unit moves, or looks up, in a cycle.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels"))]
+    pub per_cycle: u32,
+    /// On chip: counters of what is missing of tiles, or the cache of a region.
+    pub buffer: BufferSpec,
+}
+
+impl PixelsSpec {
+    /// Bytes that are kept of a pixel beside its colour.
+    pub fn kept(&self) -> Bytes {
+        if self.source == PixelSource::Warped { self.depth } else { Bytes(0) }
+    }
+}
+
+/// Where pixels come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PixelSource {
+    /// All are rendered.
+    All,
+    /// Those of the frame before are moved to where their depth says that they are now; tiles of
+    /// which too much is missing are rendered.
+    Warped,
+    /// Pixels whose first Gaussians are known stop there.
+    Cached,
+    /// Some are rendered, as tracking and mapping need them.
+    Sampled,
+}
+
+impl PixelSource {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PixelSource::All => "all",
+            PixelSource::Warped => "warped",
+            PixelSource::Cached => "cached",
+            PixelSource::Sampled => "sampled",
+        }
+    }
+
+    /// Whether a unit knows pixels.
+    pub const fn has_unit(self) -> bool {
+        matches!(self, PixelSource::Warped | PixelSource::Cached)
+    }
+
+    /// Whether everything else waits for it.
+    pub const fn is_first(self) -> bool {
+        matches!(self, PixelSource::Warped)
+    }
+}
+
+/// Which pixel of a square is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SamplePattern {
+    /// The one in the middle.
+    Grid,
+    /// Another one in each square and frame.
+    Random,
+    /// As `random`, and every pixel that is more than half transparent.
+    Unseen,
 }
 
 /// The `[schedule]` table.

@@ -12,6 +12,7 @@ use crate::flow::tile_wise::rules::RuleCheck;
 use crate::flow::tile_wise::schedule::{Job, Plan, SortProgress};
 use crate::flow::tile_wise::vru::Render;
 use crate::flow::tile_wise::{FeatureSource, Fetch};
+use crate::kernel::blocks::BlockStream;
 use crate::kernel::traffic::{StageTraffic, Traffic};
 use crate::stage::{DRAM_READ, DRAM_WRITE, sram_read, sram_write};
 use crate::workload::{FrameWorkload, TileWork};
@@ -128,9 +129,12 @@ pub(crate) fn traffic(
         sorting.write += job.kept + spill;
     }
     let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
+    let pixels = workload.tiles.iter().map(|tile| units.vru.pixel_bytes(tile)).sum::<u64>();
+    let [known_in, known_out] =
+        context.pixels.map_or([0; 2], |some| BlockStream::bytes(&some.blocks));
     let rendering = StageTraffic {
-        read: loads.map(|load| load.bytes(units)).sum(),
-        write: workload.tiles.iter().map(|tile| units.vru.pixel_bytes(tile)).sum(),
+        read: loads.map(|load| load.bytes(units)).sum::<u64>() + known_in,
+        write: pixels + known_out,
     };
     Traffic { stages: [preprocessing, sorting, rendering] }
 }
@@ -175,6 +179,9 @@ pub(super) fn actions(
     for tile in &workload.tiles {
         let end = Render { last: Some(*tile), ..Render::default() };
         rules.vru.charge(&units.vru, &end, &mut actions, check);
+    }
+    if let Some(some) = context.pixels {
+        some.charge(&mut actions);
     }
     if context.hits.is_some() && !context.derived {
         let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));

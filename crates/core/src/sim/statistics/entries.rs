@@ -29,6 +29,7 @@ pub(super) fn all() -> Vec<Statistic> {
     checks::cache(&mut list);
     checks::stereo(&mut list);
     checks::reuse(&mut list);
+    checks::pixels(&mut list);
     checks::kernels(&mut list);
     fovea::fovea(&mut list);
     machine::actions(&mut list);

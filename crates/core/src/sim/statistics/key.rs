@@ -73,6 +73,10 @@ pub enum Key {
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
+    /// Share of the pixels that are rendered, 0 to 1, where not all are.
+    PixelsRendered,
+    /// Share of the pixels that look up their first Gaussians and are known by them, 0 to 1.
+    PixelsKnown,
     /// Share of the entries of its own lists that the second eye of a pair needs, 0 to 1.
     SecondEyeKept,
     /// Share of the pixels of the second eye that may change, 0 to 1.
@@ -166,6 +170,8 @@ impl Key {
             Key::SecondMasterRate => "dram.second_master_gb_s".into(),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
+            Key::PixelsRendered => "pixels.rendered_frac".into(),
+            Key::PixelsKnown => "pixels.known_frac".into(),
             Key::SecondEyeKept => "stereo.kept_frac".into(),
             Key::SecondEyeChanged => "stereo.changed_pixels_frac".into(),
             Key::SecondEyeCutOff => "stereo.cut_off_pixels_frac".into(),

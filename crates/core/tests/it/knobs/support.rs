@@ -30,10 +30,20 @@ fn frames() -> &'static [Frame] {
                 [scene.means[i][0] * 0.08, scene.means[i][1] * 0.08, scene.means[i][2]];
             scene.log_scales[i] = scene.log_scales[i].map(|s| s - 2.5);
         }
+        // Light comes through in one corner of the second.
+        let mut holed = scene.clone();
+        for i in 0..scene.means.len() {
+            let ([x, y, z], sizes) = (scene.means[i], scene.log_scales[i]);
+            let reach = 3.0 * sizes.iter().fold(0.0f32, |most, size| most.max(size.exp()));
+            if x + reach > 0.5 * z && y + reach > 0.32 * z {
+                holed.logit_opacities[i] = -6.0;
+            }
+        }
         let one = |i: usize| {
             let mut camera = front_camera(136, 96);
             camera.centre.x += 0.01 * i as f64;
-            let rendered = render(&scene, &camera, &Options::reference(Detail::Counters));
+            let scene = if i == 1 { &holed } else { &scene };
+            let rendered = render(scene, &camera, &Options::reference(Detail::Counters));
             let mut frame = rendered.into_frame(&camera, [0.0; 3]);
             // Colours of several degrees, so that every part of their records counts.
             frame.facts.sh_degree = ShDegree::new(3 - 2 * i as u8);

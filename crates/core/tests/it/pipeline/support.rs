@@ -1,7 +1,7 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_core::flow::Tables;
-use powergs_core::flow::tile_wise::{DepthUpdate, StereoSpec};
+use powergs_core::flow::tile_wise::{DepthUpdate, PixelsSpec, StereoSpec};
 use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
     SecondMasterSpec,
@@ -81,6 +81,7 @@ fn unlinked() -> Machine {
         energy: "test".into(),
         tables: Tables::new(TileWise {
             stereo: StereoSpec::default(),
+            pixels: PixelsSpec::default(),
             geometry: Geometry::REFERENCE,
             record: RecordSpec {
                 position: Bytes(6),

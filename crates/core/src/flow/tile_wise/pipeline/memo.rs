@@ -5,12 +5,12 @@
 //! the record sizes and the rate of the memory, so machines that differ in other keys share it.
 
 use crate::flow::tile_wise::BinningSpec;
-use crate::flow::tile_wise::Overlap;
 use crate::flow::tile_wise::ccu::Ccu;
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::{Agents, Shared};
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::Rule;
+use crate::flow::tile_wise::{Overlap, PixelSource};
 use crate::kernel::dram::{Channel, Dram};
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
@@ -45,7 +45,8 @@ pub fn shared_by(machine: &Machine) -> Option<String> {
         && machine.tiles().rules.ccu == Rule::BUILT_IN
         && machine.dram.model == DramModel::Bandwidth
         && machine.tiles().gsu.period() == 1
-        && !machine.tiles().gsu.keeps_lists();
+        && !machine.tiles().gsu.keeps_lists()
+        && machine.tiles().pixels.source == PixelSource::All;
     is_apart.then(|| format!("{:?}", CcuKey::of(machine, &ResolvedUnits::new(machine))))
 }
 
@@ -74,24 +75,26 @@ pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bo
         && shared.memory.flat().is_some()
         && shared.context.reuse.is_none()
         && shared.context.table.is_none()
+        && shared.context.pixels.is_none()
         && !shared.observer.watches()
 }
 
-/// Preprocesses the frame, or takes over the results of a machine that preprocesses alike.
-pub(super) fn preprocess<O: Observer>(
-    agents: &mut Agents,
-    shared: &mut Shared<O>,
+/// Preprocesses the frame from cycle `begins` on, or takes over the results of a machine that preprocesses alike.
+pub(super) fn preprocess<'a, O: Observer>(
+    agents: &mut Agents<'a>,
+    shared: &mut Shared<'a, O>,
     machine: &Machine,
     memo: Option<&Memo>,
+    begins: u64,
 ) {
-    let Some(memo) = memo else { return drive(agents, shared) };
+    let Some(memo) = memo else { return drive(agents, shared, begins) };
     let key = CcuKey::of(machine, shared.units);
     if let Some(left) = memo.find(&key) {
         agents.ccus.clone_from(&left.ccus);
         shared.memory.set_flat(left.channel.clone(), left.traffic);
         return;
     }
-    drive(agents, shared);
+    drive(agents, shared, begins);
     if let Some((channel, traffic)) = shared.memory.flat() {
         let ccus = agents.ccus.clone();
         memo.keep(key, CcuResults { ccus, channel: channel.clone(), traffic });
@@ -100,9 +103,9 @@ pub(super) fn preprocess<O: Observer>(
 
 /// Drives the CCUs through the records, and once more where a first pass only counts: from the end
 /// of the first pass, and of a sum over the tiles.
-fn drive<O: Observer>(agents: &mut Agents, shared: &mut Shared<O>) {
+fn drive<'a, O: Observer>(agents: &mut Agents<'a>, shared: &mut Shared<'a, O>, begins: u64) {
     let ccus = agents.ccus.len();
-    agents.drive(0..ccus, 0, shared);
+    agents.drive(0..ccus, begins, shared);
     if shared.begin_second_pass() {
         let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
         agents.drive(0..ccus, end + (shared.workload.tiles.len() as u64).max(1), shared);

@@ -1,7 +1,7 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
-use crate::flow::{KernelSummary, gpu};
+use crate::flow::{KernelSummary, PixelSummary, gpu, tile_wise};
 use crate::sim::statistics::Key;
 use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, StereoSummary};
 use crate::workload::reuse::ReuseSummary;
@@ -87,6 +87,28 @@ pub(super) fn stereo(list: &mut List) {
     real(list, "stereo.largest_disparity", "1", text, |f, _| {
         of(f).map(|s| f64::from(s.largest_disparity))
     });
+}
+
+pub(super) fn pixels(list: &mut List) {
+    fn of(f: &FrameReport) -> Option<&PixelSummary> {
+        f.cycle()?.pixels.as_ref()
+    }
+    let first = list.len();
+    let of_all = |f: &FrameReport, n: fn(&PixelSummary) -> u64| {
+        of(f).and_then(|pixels| share(n(pixels), pixels.pixels))
+    };
+    let text = "Share of the pixels that are rendered, 0 to 1, where not all are.";
+    real(list, Key::PixelsRendered, "1", text, move |f, _| of_all(f, |p| p.rendered));
+    let text = "Share of the pixels that are moved from the frame before, 0 to 1.";
+    real(list, "pixels.warped_frac", "1", text, move |f, _| of_all(f, |p| p.taken));
+    let text = "Share of the pixels that are filled in from their neighbours, 0 to 1.";
+    real(list, "pixels.filled_frac", "1", text, move |f, _| of_all(f, |p| p.filled));
+    let text = "Share of the pixels that look up the first Gaussians that they blend, 0 to 1.";
+    real(list, "pixels.looked_up_frac", "1", text, move |f, _| of_all(f, |p| p.lookups));
+    let text = "Share of these whose colour is known by them, 0 to 1.";
+    real(list, Key::PixelsKnown, "1", text, |f, _| of(f).and_then(|p| share(p.hits, p.lookups)));
+    let flows = || vec![tile_wise::FLOW.flow.key()];
+    list[first..].iter_mut().for_each(|statistic| statistic.flows = flows());
 }
 
 pub(super) fn kernels(list: &mut List) {

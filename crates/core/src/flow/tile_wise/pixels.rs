@@ -1,0 +1,497 @@
+//! Where pixels come from (`pixels.source`; A141, A142, A143): not all of a frame need be rendered.
+//!
+//! - **Warped.** One frame in `period` is rendered whole. Of the others every pixel that was shown
+//!   is moved to where its depth says that it is now, nearest first. A tile of which more than
+//!   `holes` is missing is rendered anew; what is missing of the others is filled in from its
+//!   neighbours, and is not moved on into the next frame.
+//! - **Cached.** A pixel that has blended its first `ids` Gaussians looks them up in the cache of
+//!   its region. Where they are known its colour is, and it stops there; else it goes on, and is
+//!   remembered.
+//! - **Sampled.** One pixel in `stride` x `stride` is rendered.
+//!
+//! The depth of a pixel, and its first Gaussians, are found by blending its list: nothing of it is
+//! in a trace. Depth is where less than half of the light behind reaches the eye.
+
+mod cache;
+mod warp;
+
+use super::{PixelSource, PixelsSpec, SamplePattern};
+use crate::flow::{History, Incompatible, PixelSummary};
+use crate::kernel::blocks::MovedBlock;
+use crate::machine::{BufferSpec, Machine, Ports};
+use crate::stage::{
+    Bias, StageDecl, buffer, buffer_id, omit, part, sram_read, sram_write, stage_id, work, work_id,
+};
+use crate::workload::blend::TileBlend;
+use crate::workload::{FrameWorkload, TileList};
+use powergs_base::quantity::Bytes;
+use powergs_energy::action::{ActionCounts, ActionId, BufferId, Memory, Phase, StageId};
+use powergs_frame::scene::Eye;
+use rayon::prelude::*;
+
+use crate::kernel::stream::{reads, writes};
+use cache::RadianceCaches;
+pub use warp::{Shown, ShownPixel, Warp};
+
+/// What the unit declares.
+pub const PIXELS: StageDecl = StageDecl {
+    units: Some(|m| u32::from(m.of_type::<PixelsSpec>().source.has_unit())),
+    works: &[
+        work("warp-pixel", 24, "One pixel of the frame before moved to its place in this one.")
+            .a_cycle(rate)
+            .priced_as("alpha"),
+        work("look-up", 0, "The first Gaussians of a pixel compared with those of a set.")
+            .comparing(|m| m.of_type::<PixelsSpec>().ways)
+            .a_cycle(rate)
+            .priced_as("pivot-key"),
+    ],
+    buffers: &[buffer("known_pixels", "pixels.buffer", |m| {
+        let spec = m.of_type::<PixelsSpec>();
+        match spec.source.has_unit() {
+            true => spec.buffer.shared(1),
+            false => Memory { bank: Bytes(0), banks: 0, ..spec.buffer.shared(1) },
+        }
+    })
+    .full()],
+    streams: &[
+        reads("known-in", "pixels that are known", &[], ["lists", "records"]),
+        writes(
+            "known-out",
+            "pixels that were not rendered, and what is known of them",
+            ["pixels", "kept-lists"],
+        ),
+    ],
+    parts: &[part("rate", "Pixels a cycle: `pixels.per-cycle`.", rate)],
+    also_waits: &["features"],
+    omits: &[
+        omit("a depth for each pixel, which rendering units find", Bias::Optimistic, "A141")
+            .by("pixels.source = \"warped\"", |m| is(m, PixelSource::Warped)),
+        omit("regions whose cache is not there when their first tile is", Bias::Optimistic, "A142")
+            .by("pixels.source = \"cached\"", |m| is(m, PixelSource::Cached)),
+    ],
+    behind: &["A141", "A142"],
+    ..StageDecl::new(
+        "pxu",
+        "pixel reuse unit (PXU)",
+        Phase::Rendering,
+        "Pixels that are not rendered: moved from the frame before, or found in a cache by the \
+         first Gaussians that they blend. Keys: `pixels`.",
+    )
+};
+
+fn rate(m: &Machine) -> f64 {
+    f64::from(m.of_type::<PixelsSpec>().per_cycle)
+}
+
+fn is(m: &Machine, source: PixelSource) -> bool {
+    m.of_type::<PixelsSpec>().source == source
+}
+
+/// The unit.
+pub const PXU: StageId = stage_id("pxu");
+const WARP: ActionId = work_id("warp-pixel");
+const LOOK_UP: ActionId = work_id("look-up");
+/// What is known of pixels.
+const KNOWN: BufferId = buffer_id("known_pixels");
+
+/// Bytes of a counter of the missing pixels of a tile.
+pub const COUNTER: u64 = 2;
+
+/// Bytes of a tag of the cache.
+pub const TAG: u64 = 4;
+
+impl Default for PixelsSpec {
+    /// All are rendered; what there is where the file says only another source.
+    fn default() -> PixelsSpec {
+        PixelsSpec {
+            source: PixelSource::All,
+            period: 5,
+            holes: 1.0 / 6.0,
+            depth: Bytes(4),
+            ids: 5,
+            ways: 4,
+            entry: Bytes(13),
+            region: 64,
+            stride: 16,
+            pattern: SamplePattern::Random,
+            per_cycle: 1,
+            buffer: BufferSpec {
+                capacity: Bytes(52 << 10),
+                word: Bytes(16),
+                banks: 4,
+                ports: Ports::ReadOrWrite,
+            },
+        }
+    }
+}
+
+/// Where a pixel of a picture comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PixelOrigin {
+    /// It is rendered.
+    Rendered,
+    /// It is this one of the frame before, row by row.
+    Moved(u32),
+    /// It is filled in from its neighbours.
+    Filled,
+    /// It has the colour of this pixel of this frame.
+    Known {
+        /// Frames before it.
+        frame: u32,
+        /// The pixel, row by row.
+        pixel: u32,
+    },
+}
+
+/// A frame of which not all pixels are rendered.
+#[derive(Debug)]
+pub struct SomePixels {
+    /// The frame with what is rendered of it; `None` where that is all.
+    pub made: Option<Box<FrameWorkload>>,
+    /// What the unit does.
+    pub blocks: Vec<MovedBlock>,
+    /// Where its pixels come from.
+    pub summary: PixelSummary,
+    /// The same one by one, row by row; empty where nobody wants to know it.
+    pub origins: Vec<PixelOrigin>,
+    actions: ActionCounts,
+}
+
+/// A tile as it is rendered: its list, and what was seen on the way.
+struct SeenTile {
+    list: TileList,
+    /// Its pixels.
+    pixels: Vec<ShownPixel>,
+}
+
+impl SomePixels {
+    /// What a frame renders; `None` on machines that render all pixels. With `one_by_one` the
+    /// origins of pixels are there.
+    pub fn of(
+        machine: &Machine,
+        workload: &FrameWorkload,
+        eye: Option<Eye>,
+        history: &mut History,
+        one_by_one: bool,
+    ) -> Option<SomePixels> {
+        let source = SourceFrame { machine, workload, eye, one_by_one };
+        Some(match machine.tiles().pixels.source {
+            PixelSource::All => return None,
+            PixelSource::Warped => source.warped(history),
+            PixelSource::Cached => source.cached(history),
+            PixelSource::Sampled => source.sampled(history),
+        })
+    }
+
+    /// Charges what the unit does.
+    pub(super) fn charge(&self, actions: &mut ActionCounts) {
+        actions.add(&self.actions);
+    }
+}
+
+/// A frame, and who shows it.
+#[derive(Clone, Copy)]
+struct SourceFrame<'a> {
+    machine: &'a Machine,
+    workload: &'a FrameWorkload,
+    eye: Option<Eye>,
+    one_by_one: bool,
+}
+
+impl SourceFrame<'_> {
+    fn spec(&self) -> &PixelsSpec {
+        &self.machine.tiles().pixels
+    }
+
+    /// All of it is rendered.
+    fn whole(&self) -> SomePixels {
+        let pixels = u64::from(self.workload.width) * u64::from(self.workload.height);
+        let origins = if self.one_by_one { pixels } else { 0 };
+        SomePixels {
+            made: None,
+            blocks: Vec::new(),
+            summary: PixelSummary { pixels, rendered: pixels, ..PixelSummary::default() },
+            origins: vec![PixelOrigin::Rendered; origins as usize],
+            actions: ActionCounts::default(),
+        }
+    }
+
+    fn warped(&self, history: &mut History) -> SomePixels {
+        let SourceFrame { workload, eye, .. } = *self;
+        let (spec, pixel) = (self.spec(), self.machine.tiles().record.pixel.0);
+        let tiles = workload.tiles.len();
+        let before = history.take::<Shown>(eye).filter(|shown| shown.goes_on(workload, spec));
+        let Some(before) = before else {
+            let seen = (0..tiles).into_par_iter().map(|tile| seen(workload, tile).pixels);
+            history.keep(eye, Shown::new(workload, seen.collect(), None));
+            return self.whole();
+        };
+        let camera = workload.camera.as_ref().expect("a frame has a camera");
+        let warp = before.warp(camera);
+        let parts: Vec<(Option<SeenTile>, u32)> = (0..tiles)
+            .into_par_iter()
+            .map(|tile| {
+                let missing = warp.missing(workload.pixels_of(tile));
+                let most = f64::from(workload.tiles[tile].pixels) * spec.holes;
+                let anew = f64::from(missing) > most;
+                (anew.then(|| seen(workload, tile)), missing)
+            })
+            .collect();
+        let mut found = self.whole();
+        let whole = pixel + spec.depth.0;
+        let (mut shown, mut lists) = (Vec::with_capacity(tiles), Vec::with_capacity(tiles));
+        found.summary.rendered = 0;
+        for (tile, (anew, missing)) in parts.into_iter().enumerate() {
+            let pixels = workload.tiles[tile].pixels;
+            let written = if anew.is_some() { 0 } else { u64::from(pixels) * whole };
+            found.blocks.push(MovedBlock {
+                items: pixels.into(),
+                read: u64::from(pixels) * whole,
+                write: written,
+            });
+            match anew {
+                Some(tile) => {
+                    found.summary.rendered += u64::from(pixels);
+                    shown.push(tile.pixels);
+                    lists.push(tile.list);
+                }
+                None => {
+                    if self.one_by_one {
+                        self.moved(tile, &warp, &mut found.origins);
+                    }
+                    found.summary.taken += u64::from(pixels - missing);
+                    found.summary.filled += u64::from(missing);
+                    shown.push(warp.shown(workload.pixels_of(tile)));
+                    lists.push(none(workload, tile));
+                }
+            }
+        }
+        history.keep(eye, Shown::new(workload, shown, Some(&before)));
+        found.made = Some(Box::new(workload.with_some_lists(lists)));
+        let all = found.summary.pixels;
+        found.actions.charge(Phase::Rendering, WARP, all);
+        found.actions.charge(Phase::Rendering, sram_read(KNOWN), all * COUNTER);
+        found.actions.charge(Phase::Rendering, sram_write(KNOWN), all * COUNTER);
+        found
+    }
+
+    /// Says of each pixel of a tile which one it was.
+    fn moved(&self, tile: usize, warp: &Warp<'_>, origins: &mut [PixelOrigin]) {
+        let area = self.workload.pixels_of(tile);
+        for (place, from) in self.places(tile).zip(warp.pixels(area)) {
+            origins[place] = from.map_or(PixelOrigin::Filled, PixelOrigin::Moved);
+        }
+    }
+
+    /// The places of the pixels of a tile in the image, row by row.
+    fn places(&self, tile: usize) -> impl Iterator<Item = usize> + use<> {
+        let (x0, y0, x1, y1) = self.workload.pixels_of(tile);
+        let width = self.workload.width;
+        (y0..y1).flat_map(move |y| (x0..x1).map(move |x| (y * width + x) as usize))
+    }
+
+    fn cached(&self, history: &mut History) -> SomePixels {
+        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.spec());
+        let caches = history.take::<RadianceCaches>(eye);
+        let caches = caches.filter(|caches| caches.fits(workload, spec));
+        let mut caches = caches.unwrap_or_else(|| RadianceCaches::new(workload, spec));
+        let held = caches.entries();
+        let looked = caches.frame(workload, spec);
+        let mut found = self.whole();
+        let mut lists: Vec<TileList> =
+            (0..workload.tiles.len()).map(|_| Default::default()).collect();
+        for ((region, held), kept) in looked.into_iter().zip(held).zip(caches.entries()) {
+            found.summary.lookups += region.lookups;
+            found.summary.hits += region.hits;
+            let bytes = |entries: u64| entries * spec.entry.0;
+            found.blocks.push(MovedBlock {
+                items: region.lookups,
+                read: bytes(held),
+                write: bytes(kept),
+            });
+            let misses = region.lookups - region.hits;
+            let tags = region.lookups * u64::from(spec.ways) * TAG;
+            let read = bytes(region.hits + kept) + tags;
+            found.actions.charge(Phase::Rendering, LOOK_UP, region.lookups);
+            found.actions.charge(Phase::Rendering, sram_read(KNOWN), read);
+            found.actions.charge(Phase::Rendering, sram_write(KNOWN), bytes(misses + held));
+            for (tile, list, known) in region.tiles {
+                if self.one_by_one {
+                    for (place, known) in self.places(tile).zip(known) {
+                        let known = known.map(|[frame, pixel]| PixelOrigin::Known { frame, pixel });
+                        found.origins[place] = known.unwrap_or(PixelOrigin::Rendered);
+                    }
+                }
+                lists[tile] = list;
+            }
+        }
+        history.keep(eye, caches);
+        let mut made = workload.with_lists(lists);
+        made.counters = powergs_frame::splat::Counters {
+            fetched_points: made.counters.fetched_points,
+            tile_loads: made.tiles.iter().map(|tile| u64::from(tile.loaded)).sum(),
+            alpha_evaluations: made.tiles.iter().map(|tile| tile.alpha_evaluations).sum(),
+            blends: made.tiles.iter().map(|tile| tile.blends).sum(),
+            ..workload.counters
+        };
+        made.storage.clone_from(&workload.storage);
+        found.made = Some(Box::new(made));
+        found
+    }
+
+    fn sampled(&self, history: &mut History) -> SomePixels {
+        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.spec());
+        let FrameCount(frame) = history.take(eye).unwrap_or_default();
+        history.keep(eye, FrameCount(frame + 1));
+        let mut found = self.whole();
+        if spec.period > 0 && frame % spec.period == 0 {
+            return found;
+        }
+        let lists: Vec<TileList> = (0..workload.tiles.len())
+            .into_par_iter()
+            .map(|tile| sampled_tile(spec, workload, tile, frame))
+            .collect();
+        let finished = lists.iter().filter_map(|list| list.finished);
+        found.summary.rendered = finished.map(u64::from).sum();
+        found.made = Some(Box::new(workload.with_some_lists(lists)));
+        found
+    }
+}
+
+/// Whether so many frames show what a machine does.
+///
+/// # Errors
+/// Pixels that are moved from frame to frame, and one frame only.
+pub(super) fn goes_over(machine: &Machine, frames: usize) -> Result<(), Incompatible> {
+    let spec = &machine.tiles().pixels;
+    if spec.source != PixelSource::Warped || spec.period <= 1 || frames > 1 {
+        return Ok(());
+    }
+    Err(Incompatible::Other {
+        machine: machine.name.clone(),
+        why: format!(
+            "one frame in {} is rendered whole (`pixels.period`), and there is one frame only: \
+             extract frames of a path (--path-frames 900 --frames 0..10), or set `pixels.source` = \
+             \"all\"",
+            spec.period
+        ),
+    })
+}
+
+/// Whether a machine can show a frame of this size.
+///
+/// # Errors
+/// A sample that is larger than the image; more tiles than it has counters for.
+pub fn fits(machine: &Machine, workload: &FrameWorkload) -> Result<(), Incompatible> {
+    let spec = &machine.tiles().pixels;
+    let refused = |why| Err(Incompatible::Other { machine: machine.name.clone(), why });
+    let (width, height) = (workload.width, workload.height);
+    if spec.source == PixelSource::Sampled && spec.stride > width.min(height) {
+        let most = width.min(height);
+        return refused(format!(
+            "`pixels.stride` = {} is larger than the image of {width}x{height}: set it to {most} \
+             at most",
+            spec.stride
+        ));
+    }
+    let counters = Bytes(workload.tiles.len() as u64 * COUNTER);
+    if spec.source == PixelSource::Warped && counters > spec.buffer.capacity {
+        return refused(format!(
+            "{} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is {}: make \
+             it larger, or `geometry.tile`",
+            workload.tiles.len(),
+            spec.buffer.capacity
+        ));
+    }
+    Ok(())
+}
+
+/// Frames that were seen.
+#[derive(Default)]
+struct FrameCount(u32);
+
+/// A tile that is not rendered.
+fn none(workload: &FrameWorkload, tile: usize) -> TileList {
+    let pixels = workload.tiles[tile].pixels as usize;
+    TileList { iterated: vec![0; pixels], finished: Some(0), ..TileList::default() }
+}
+
+/// The list of a tile with its bitmaps, as it is.
+fn own_list(workload: &FrameWorkload, tile: usize) -> TileList {
+    let (work, bytes) = (&workload.tiles[tile], workload.geometry.bitmap_bytes());
+    let first = work.list_start as usize * bytes;
+    TileList {
+        ranks: workload.list_of(work).to_vec(),
+        bitmaps: workload.bitmaps[first..first + work.entries as usize * bytes].to_vec(),
+        ..TileList::default()
+    }
+}
+
+/// Blends a tile: where its pixels stop, and how deep they see.
+fn seen(workload: &FrameWorkload, tile: usize) -> SeenTile {
+    let mut list = own_list(workload, tile);
+    let mut pixels = TileBlend::new(workload, tile, list.ranks.len() as u32);
+    let mut depth = vec![f32::INFINITY; pixels.iterated.len()];
+    for (at, &rank) in (0..).zip(&list.ranks) {
+        let own = workload.depth[rank as usize];
+        pixels.blend_and(at, rank, |pixel, rest| {
+            if rest < HALF && depth[pixel] == f32::INFINITY {
+                depth[pixel] = own;
+            }
+        });
+    }
+    (list.iterated, list.blends) = (pixels.iterated, pixels.blends);
+    SeenTile { list, pixels: depth.into_iter().map(ShownPixel::rendered).collect() }
+}
+
+/// What of the light behind reaches the eye where a pixel is, in depth.
+const HALF: f32 = 0.5;
+
+/// A tile of which some pixels are rendered.
+fn sampled_tile(spec: &PixelsSpec, workload: &FrameWorkload, tile: usize, frame: u32) -> TileList {
+    let mut list = own_list(workload, tile);
+    let (x0, y0, x1, y1) = workload.pixels_of(tile);
+    let mut pixels = TileBlend::new(workload, tile, list.ranks.len() as u32);
+    let mut blended = vec![0u32; pixels.iterated.len()];
+    for (at, &rank) in (0..).zip(&list.ranks) {
+        pixels.blend_and(at, rank, |pixel, _| blended[pixel] += 1);
+    }
+    let places = (y0..y1).flat_map(|y| (x0..x1).map(move |x| [x, y]));
+    let mut finished = 0;
+    for (i, place) in places.enumerate() {
+        let unseen = spec.pattern == SamplePattern::Unseen && pixels.transmittance[i] > HALF;
+        if unseen || is_sampled(spec, place, frame) {
+            finished += 1;
+            list.blends += u64::from(blended[i]);
+        } else {
+            pixels.iterated[i] = 0;
+        }
+    }
+    if finished == 0 {
+        return none(workload, tile);
+    }
+    (list.iterated, list.finished) = (pixels.iterated, Some(finished));
+    list
+}
+
+/// Whether a pixel is that of its cell.
+pub fn is_sampled(spec: &PixelsSpec, [x, y]: [u32; 2], frame: u32) -> bool {
+    let n = spec.stride.max(1);
+    let of_cell = match spec.pattern {
+        SamplePattern::Grid => [n / 2; 2],
+        SamplePattern::Random | SamplePattern::Unseen => {
+            let cell = [x / n, y / n, frame].map(u64::from);
+            let drawn = cell.into_iter().fold(0, |seed, n| mixed(seed ^ n));
+            [drawn as u32 % n, (drawn >> 32) as u32 % n]
+        }
+    };
+    [x % n, y % n] == of_cell
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+pub(super) fn mixed(n: u64) -> u64 {
+    let n = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let n = (n ^ (n >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let n = (n ^ (n >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    n ^ (n >> 31)
+}
