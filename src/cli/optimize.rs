@@ -10,6 +10,7 @@ mod photos;
 mod record;
 mod reprice;
 mod request;
+mod training;
 mod watch;
 
 use std::path::{Path, PathBuf};
@@ -271,6 +272,10 @@ pub struct PowerArgs {
     /// [default: 60]
     #[arg(long, value_name = "RATE", value_parser = super::replay::display_rate)]
     pub fps: Option<f64>,
+    /// Also say what the training of the run would take on this machine: a GPU, or one that trains
+    /// (`vorion-train`)
+    #[arg(hide_short_help = true, long, value_name = "MACHINE")]
+    pub train_on: Option<String>,
     /// Where it is counted.
     #[command(flatten)]
     pub shown: PowerViewArgs,
@@ -361,6 +366,7 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Exit, Failure> {
     if args.demo && !context.global.quiet {
         out::complain(wrapped(demo::NOTE, 80));
     }
+    let trainer = args.power.train_on.as_deref().map(training::trainer).transpose()?;
     // Without photos a model is compared with itself.
     let least_db = if args.views.images.is_some() { args.views.least_likeness } else { 0.0 };
     let watched = Watched::new(context, least_db);
@@ -383,7 +389,7 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Exit, Failure> {
     watched.finish()?;
     folder.write("invocation.toml", started.invocation_toml())?;
     let Some(finished) = finished else { return Ok(interrupted(&path, context)) };
-    finish::finish(&campaign, &finished, &folder, context)
+    finish::finish(&campaign, &finished, &folder, trainer.as_ref(), context)
 }
 
 /// What `args` ask for, checked and opened.

@@ -43,7 +43,7 @@ pub mod tile_wise;
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{
     CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary,
-    PixelSummary, RegionWork, StereoSummary,
+    PixelSummary, RegionWork, StepSummary, StereoSummary,
 };
 
 /// A dataflow.
@@ -100,6 +100,11 @@ pub trait Dataflow: Sync {
     /// Why a key cannot be changed in a machine; `None` where it can.
     fn fixed(&self, _key: &str) -> Option<String> {
         None
+    }
+
+    /// Whether a frame of a machine is a step of training.
+    fn trains(&self, _machine: &Machine) -> bool {
+        false
     }
 
     /// Whether its machines run any frame; the others have those that were run elsewhere.

@@ -18,7 +18,7 @@ use powergs_energy::Prices;
 
 pub use crate::flow::{
     CacheSummary, FoveaSummary, Foveal, Incompatible, InvariantViolated, ListOrder, OrderSummary,
-    SimError, StereoSummary,
+    PixelSummary, SimError, StepSummary, StereoSummary,
 };
 pub use pair::Periods;
 pub use regions::RegionReport;

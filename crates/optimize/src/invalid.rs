@@ -69,6 +69,15 @@ pub enum Invalid {
          fovea.accumulators to 1 or 2, or take another machine"
     )]
     NoFovea(String),
+    /// A machine whose frames are steps of training.
+    #[error(
+        "the machine {0} trains: a frame of it is a step of training, and no picture that is shown; \
+         take another one (gscore), and name this one with --train-on"
+    )]
+    Trains(String),
+    /// A machine that shows nothing in a frame that stands alone.
+    #[error("{0}; views are rendered one by one here")]
+    Alone(String),
     /// A machine that has no frames of models that are made here.
     #[error(
         "the machine {machine} has `dataflow = \"{flow}\"`: it has the frames that were run \

@@ -260,6 +260,11 @@ impl PowerOracle for CycleOracle {
 
     fn check(&self) -> Result<(), Invalid> {
         let machine = self.system.machine();
+        if machine.flow().trains(machine) {
+            return Err(Invalid::Trains(machine.name.clone()));
+        }
+        // Frames are simulated one by one.
+        machine.flow().goes_over(machine, 1).map_err(|why| Invalid::Alone(why.to_string()))?;
         if machine.flow().runs_any_frame() {
             return Ok(());
         }

@@ -264,6 +264,12 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
+    if record.mean(Key::StepReverse).is_some() {
+        page.paragraph(
+            "A frame is a step of training here: its picture, the loss, the lists in reverse, gradients \
+             by parameters and the update. Frame rates are steps a second.",
+        );
+    }
     if let Some(rendered) = record.mean(Key::PixelsRendered) {
         let known = record.mean(Key::PixelsKnown).map(|known| {
             format!(" Of those that look up their first Gaussians {} % stop there.", percent(known))

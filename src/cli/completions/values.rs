@@ -48,7 +48,7 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         ("arch show" | "arch check" | "arch diff", "arch" | "files" | "a" | "b") => {
             names(all(), &["toml", "yaml"])
         }
-        (_, "arch") => names(MACHINES.to_vec(), &["toml"]),
+        (_, "arch" | "train_on") => names(MACHINES.to_vec(), &["toml"]),
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
         ("compare", "workloads") => list(compare::workload_names),
         ("render", "order") => list(|| values_of("gsu.impl")),

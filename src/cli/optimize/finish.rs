@@ -5,6 +5,8 @@ use serde_json::{Value, json};
 use super::super::{Context, Exit, Failure, out};
 use super::folder::Folder;
 use super::foveated;
+use super::training::TrainingCost;
+use powergs_core::run::System;
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::results::FILE;
@@ -18,6 +20,7 @@ pub fn finish(
     campaign: &Campaign,
     finished: &Finished,
     folder: &Folder,
+    trainer: Option<&System>,
     context: &Context,
 ) -> Result<Exit, Failure> {
     // The report of level 1 is the same with and without levels beyond it.
@@ -47,20 +50,31 @@ pub fn finish(
     if let Some(found) = &finished.foveated {
         page.extend(foveated::report(campaign, finished, found, folder, &context.drawing)?);
     }
+    let cost = trainer.map(|trainer| TrainingCost::of(trainer, campaign, finished)).transpose()?;
+    let cost = cost.flatten();
+    if let Some(cost) = &cost {
+        page.heading("What the training takes on a device");
+        page.paragraph(cost.sentence().replace('\n', " "));
+    }
     folder.write("summary.md", page.markdown(context.drawing.link()))?;
-    tell(&story, finished, folder, context)?;
+    tell(&story, finished, cost.as_ref(), folder, context)?;
     Ok(if finished.model.is_some() { Exit::Done } else { Exit::GoalMissed })
 }
 
 fn tell(
     story: &Story<'_>,
     finished: &Finished,
+    cost: Option<&TrainingCost>,
     folder: &Folder,
     context: &Context,
 ) -> Result<(), Failure> {
     let results = &finished.results;
     if context.global.json {
-        return out::json(&object(story, finished));
+        let mut object = object(story, finished);
+        if let Some(cost) = cost {
+            object["training"] = cost.json();
+        }
+        return out::json(&object);
     }
     if let Some(why) = &results.stopped {
         out::complain(why);
@@ -80,6 +94,9 @@ fn tell(
         page.table(table);
     }
     page.table(powergs_report::optimize::foveated::headline(results));
+    if let Some(cost) = cost {
+        page.add(Block::Verbatim(cost.sentence() + "\n"));
+    }
     let at = |name: &str| folder.path().join(name).display().to_string().into();
     let mut files = Vec::new();
     if finished.foveated.as_ref().is_some_and(|f| f.result.is_some()) {

@@ -12,7 +12,7 @@ use super::super::invocation::Started;
 use super::super::{Cli, Command, Context, Exit, Failure, OrExit, out};
 use super::folder::{Folder, LAYOUT};
 use super::watch::Watched;
-use super::{OptimizeArgs, PowerArgs, finish, free, interrupted, opened, record};
+use super::{OptimizeArgs, PowerArgs, finish, free, interrupted, opened, record, training};
 use powergs_core::run::FileStore;
 
 /// The part of `invocation.toml` that is needed.
@@ -36,6 +36,7 @@ pub fn run(
     let typed = typed(from)?;
     let power = merged(&typed.power, &args.power, args.size);
     let typed = OptimizeArgs { power, ..typed };
+    let trainer = args.power.train_on.as_deref().map(training::trainer).transpose()?;
     let watched = Watched::new(context, 0.0);
     let mut campaign = opened(&typed, context, &watched)?;
     let path = args.run.out.clone().unwrap_or_else(|| {
@@ -67,7 +68,7 @@ pub fn run(
              to two samples around it",
         );
     }
-    finish::finish(&campaign, &finished, &folder, context)
+    finish::finish(&campaign, &finished, &folder, trainer.as_ref(), context)
 }
 
 /// Refuses to report into the run that is read, or into a folder around it.
@@ -171,6 +172,7 @@ fn merged(then: &PowerArgs, now: &PowerArgs, size: Option<(u32, u32)>) -> PowerA
                 .or_else(|| then.shown.power_cameras.clone()),
             power_stereo: now.shown.power_stereo.or(then.shown.power_stereo),
         },
+        train_on: now.train_on.clone(),
         power_views: views.0,
         path_frames: views.1,
     }

@@ -84,7 +84,9 @@ fn refused(invalid: Invalid) -> Failure {
             "--foveated: the machine {machine} cannot show foveated frames (fovea.accumulators is \
              0); give --set fovea.accumulators=1 or 2, or another --arch"
         ),
-        invalid @ Invalid::OnlyRecorded { .. } => format!("--arch: {invalid}"),
+        invalid @ (Invalid::OnlyRecorded { .. } | Invalid::Trains(_) | Invalid::Alone(_)) => {
+            format!("--arch: {invalid}")
+        }
         Invalid::NoLevels { machine, flow } => format!(
             "--foveated: the machine {machine} cannot show foveated frames: no machine with \
              `dataflow = \"{flow}\"` does; give another --arch (gscore)"

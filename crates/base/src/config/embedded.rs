@@ -59,8 +59,10 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "neo",
     "orin-nx",
     "rtx-3090",
+    "titan-rtx",
     "vorion",
     "vorion-16",
+    "vorion-train",
     "xavier-nx"
 );
 
@@ -85,6 +87,7 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "orin-nx-module",
     "agx-orin-module",
     "rtx-3090-board",
+    "titan-rtx-board",
     "a5000-board",
     "a6000-board",
     "a100-board",

@@ -12,10 +12,16 @@
 //! and the next reads stays in the L2 cache if everything that the kernel touches fits there
 //! (A139).
 //! Between two kernels passes `launch.gap`.
+//!
+//! A frame that is trained on (`train.sum`; A144) goes on: the loss of its picture, the lists in
+//! reverse with the gradients of each pixel, which are added up for Gaussians, gradients by
+//! parameters, and the update. What is added to memory pixel by pixel passes through the L2 cache
+//! one number at a time.
 
 pub mod blocks;
 pub mod cache;
 mod check;
+mod optional;
 mod stages;
 mod tables;
 pub mod warps;
@@ -23,8 +29,8 @@ pub mod warps;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, TablesDecl,
-    WorkKey, tile_wise,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, StepSummary,
+    TablesDecl, WorkKey, tile_wise,
 };
 use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::{Ledger, cycles};
@@ -32,8 +38,8 @@ use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
-use crate::machine::Machine;
 use crate::machine::check::Contradiction;
+use crate::machine::{Machine, Optional};
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall, sram_read, sram_write};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
@@ -83,6 +89,14 @@ impl Dataflow for GpuFlow {
 
     fn tables(&self) -> TablesDecl {
         TablesDecl::of::<Gpu>()
+    }
+
+    fn optional(&self) -> &'static [Optional] {
+        &optional::OPTIONAL
+    }
+
+    fn trains(&self, machine: &Machine) -> bool {
+        machine.gpu().train.trains()
     }
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
@@ -159,19 +173,54 @@ pub enum KernelPart {
     Sort,
     /// Tiles are blended.
     Blend,
+    /// The picture is compared with the photo.
+    Loss,
+    /// Lists are gone through in reverse: gradients by what was blended.
+    Backward,
+    /// Gradients by the parameters of Gaussians.
+    Chain,
+    /// Parameters are updated.
+    Update,
 }
 
 impl KernelPart {
     /// All of them, in their order.
-    pub const ALL: [KernelPart; 4] =
-        [KernelPart::Convert, KernelPart::Pairs, KernelPart::Sort, KernelPart::Blend];
+    pub const ALL: [KernelPart; 8] = [
+        KernelPart::Convert,
+        KernelPart::Pairs,
+        KernelPart::Sort,
+        KernelPart::Blend,
+        KernelPart::Loss,
+        KernelPart::Backward,
+        KernelPart::Chain,
+        KernelPart::Update,
+    ];
+
+    /// The word for it in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            KernelPart::Convert => "convert",
+            KernelPart::Pairs => "pairs",
+            KernelPart::Sort => "sort",
+            KernelPart::Blend => "blend",
+            KernelPart::Loss => "loss",
+            KernelPart::Backward => "backward",
+            KernelPart::Chain => "chain",
+            KernelPart::Update => "update",
+        }
+    }
+
+    /// Whether it is behind a frame that is trained on.
+    pub const fn trains(self) -> bool {
+        self as u8 >= KernelPart::Loss as u8
+    }
 
     /// The phase that its work and its energy are of.
     pub const fn phase(self) -> Phase {
         match self {
-            KernelPart::Convert => Phase::Preprocessing,
+            KernelPart::Convert | KernelPart::Chain | KernelPart::Update => Phase::Preprocessing,
             KernelPart::Pairs | KernelPart::Sort => Phase::Sorting,
-            KernelPart::Blend => Phase::Rendering,
+            KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => Phase::Rendering,
         }
     }
 
@@ -182,15 +231,17 @@ impl KernelPart {
             KernelPart::Pairs => ["counts", "pairs-out"],
             KernelPart::Sort => ["keys-in", "keys-out"],
             KernelPart::Blend => ["splats", "picture"],
+            KernelPart::Loss | KernelPart::Backward => ["blended-in", "gradients-out"],
+            KernelPart::Chain | KernelPart::Update => ["parameters-in", "parameters-out"],
         }
     }
 
     /// What multiprocessors wait for where its bytes take longest.
     const fn waits(self) -> Stall {
         match self {
-            KernelPart::Convert | KernelPart::Pairs => Stall::of("records"),
             KernelPart::Sort => Stall::of("pass"),
-            KernelPart::Blend => Stall::of("features"),
+            KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => Stall::of("features"),
+            _ => Stall::of("records"),
         }
     }
 }
@@ -210,6 +261,8 @@ pub struct GpuKernel {
     pub l2: [u64; 2],
     /// Bytes that it reads from and writes to the memory.
     pub memory: [u64; 2],
+    /// Numbers that the L2 cache adds to what is in memory.
+    pub atomics: u64,
     /// Where these begin.
     place: [u64; 2],
     /// For how many cycles each multiprocessor computes.
@@ -312,13 +365,11 @@ impl Kernels {
 
         make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
         let pixels = u64::from(workload.width) * u64::from(workload.height);
-        Kernels {
-            all: make.all,
-            end: image + pixels * m.blend.pixel.0,
-            live: workload.counters.alpha_evaluations,
-            warps,
-            filtered,
+        let mut end = image + pixels * m.blend.pixel.0;
+        if m.train.trains() {
+            end = make.train(workload, &warps, (&filtered, sectors), [0, sorted, image, end]);
         }
+        Kernels { all: make.all, end, live: workload.counters.alpha_evaluations, warps, filtered }
     }
 }
 
@@ -365,20 +416,100 @@ impl KernelMaker<'_> {
             exponentials: 0,
             l2,
             memory,
+            atomics: 0,
             place,
             computes: vec![(cycles.ceil() as u64).max(1); sm.units as usize],
         });
     }
 
-    /// The blending kernel.
-    fn blend(
+    /// Kernels behind a frame that is trained on; `place` is where the scene, the lists and the image
+    /// begin, and what is behind it. Returns where everything ends.
+    fn train(
         &mut self,
         workload: &FrameWorkload,
         warps: &FrameWarps,
         (filtered, sectors): (&Filtered, u64),
-        place: [u64; 2],
-    ) {
-        let (sm, b) = (&self.m.sm, &self.m.blend);
+        [scene, lists, image, end]: [u64; 4],
+    ) -> u64 {
+        let (m, t) = (self.m, &self.m.train);
+        let (points, [_, seen]) = (workload.counters.points, warps.gaussians);
+        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
+        // Behind the image lie gradients by pixels, then by Gaussians, then by parameters, and moments.
+        let c = &m.convert;
+        let stored = c.position.0 + c.shape.0 + c.colour.0 * workload.sh_degree.coefficients() / 16;
+        let gaussians = end + pixels * t.loss_bytes.0;
+        let parameters = gaussians + points * t.record.0;
+        let behind = parameters + points * (t.zeroed.0.max(stored) + 2 * stored);
+
+        let moved = [pixels * t.loss_bytes.0 / 2; 2];
+        let instructions = of_warps(pixels) * u64::from(t.loss);
+        self.even(KernelPart::Loss, instructions, moved, ([image, end], moved));
+
+        let words = t.record.0.div_ceil(4);
+        let [evaluated, blended] = warps.pairs();
+        // Five steps of a shuffle and an addition; a block adds sums of warps in shared memory.
+        let summing = match t.sum {
+            GradientSum::None | GradientSum::Pixel => 0,
+            GradientSum::Warp => 10 * words,
+            GradientSum::Block => 12 * words,
+        };
+        let met: u64 = warps.blocks.iter().map(|block| u64::from(block.met)).sum();
+        let atomics = words
+            * match t.sum {
+                GradientSum::None => 0,
+                GradientSum::Pixel => workload.counters.blends,
+                GradientSum::Warp => blended,
+                GradientSum::Block => met,
+            };
+        let added = u64::from(t.gradient) + summing;
+        let reverse =
+            BlendSpec { blend: u32::try_from(added).unwrap_or(u32::MAX), ..m.blend.clone() };
+        let computes = self.blocks(&reverse, warps);
+        let tiles = workload.tiles.len() as u64;
+        // The published code goes through the whole list of a tile, from its end.
+        let entries = workload.list.len() as u64;
+        let read = entries * m.blend.entry.0 + tiles * RANGE + pixels * t.state.0;
+        let record = t.record.0.div_ceil(m.l2.sector.0) * m.l2.sector.0;
+        self.all.push(GpuKernel {
+            part: KernelPart::Backward,
+            gap: make_gap(self.machine, m.launch.gap),
+            instructions: reverse.instructions([evaluated, blended]),
+            exponentials: reverse.exponentials([evaluated, blended]),
+            l2: [read + entries * sectors, atomics * m.l2.sector.0],
+            memory: [read + filtered.misses * (sectors + record), filtered.misses * record],
+            atomics,
+            place: [lists, gaussians],
+            computes,
+        });
+
+        let [_, _, shaded] = warps.converting;
+        let read = seen * (stored + t.record.0);
+        let written = points * t.zeroed.0 + seen * stored;
+        let both = [read, written];
+        self.even(
+            KernelPart::Chain,
+            shaded * u64::from(t.chain),
+            both,
+            ([scene, parameters], both),
+        );
+
+        let updated = match t.update {
+            Updated::All => points,
+            Updated::Visible => seen,
+            Updated::None => return behind,
+        };
+        let accesses = u64::from(t.accesses);
+        // One access more reads than writes: gradients come in alone.
+        let both = [accesses.div_ceil(2), accesses / 2].map(|n| updated * stored * n);
+        let instructions = of_warps(updated * stored / 4) * u64::from(t.step);
+        self.even(KernelPart::Update, instructions, both, ([parameters, scene], both));
+        behind
+    }
+
+    /// For how long multiprocessors compute in a kernel whose blocks are tiles.
+    fn blocks(&self, b: &BlendSpec, warps: &FrameWarps) -> Vec<u64> {
+        let sm = &self.m.sm;
         let finish = b.block_warps() * u64::from(b.finish);
         let special = f64::from(WARP) / f64::from(sm.special);
         let block = |block: &warps::BlockWarps| {
@@ -391,6 +522,19 @@ impl KernelMaker<'_> {
             ThreadBlock { work, alone: (alone as f64).max(work) }
         };
         let ends = blocks::ends(warps.blocks.iter().map(block), sm.units, self.m.blending());
+        ends.into_iter().map(|cycles| (cycles.ceil() as u64).max(1)).collect()
+    }
+
+    /// The blending kernel.
+    fn blend(
+        &mut self,
+        workload: &FrameWorkload,
+        warps: &FrameWarps,
+        (filtered, sectors): (&Filtered, u64),
+        place: [u64; 2],
+    ) {
+        let b = &self.m.blend;
+        let finish = b.block_warps() * u64::from(b.finish);
         let pairs = warps.pairs();
         let tiles = workload.tiles.len() as u64;
         let loaded: u64 = workload.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
@@ -403,8 +547,9 @@ impl KernelMaker<'_> {
             exponentials: b.exponentials(pairs),
             l2: [lists + loaded * sectors, pixels * b.pixel.0],
             memory: [lists + filtered.misses * sectors, pixels * b.pixel.0],
+            atomics: 0,
             place,
-            computes: ends.into_iter().map(|cycles| (cycles.ceil() as u64).max(1)).collect(),
+            computes: self.blocks(b, warps),
         });
     }
 }
@@ -474,8 +619,10 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
             let computes = kernel.computes.iter().copied().max().unwrap_or(0);
             let cached =
                 kernel.l2.iter().sum::<u64>().div_ceil(u64::from(self.m.l2.bytes_per_cycle));
+            let added = self.m.train.adding(kernel.atomics, self.m.l2.bytes_per_cycle);
             let moved = arrivals.map(|arrival| self.memory.at(arrival));
-            let ends = moved.into_iter().fold(began + computes.max(cached), u64::max);
+            let least = computes.max(cached).max(added);
+            let ends = moved.into_iter().fold(began + least, u64::max);
             if ends > now {
                 return ends;
             }
@@ -548,6 +695,10 @@ fn through<O: Observer>(
     let slots = evaluated * u64::from(WARP);
     let outcome = FlowOutcome {
         live_evaluations: kernels.live,
+        step: m.train.trains().then(|| {
+            let [.., loss, reverse, chain, update] = stream.parts;
+            StepSummary { loss, reverse, chain, update }
+        }),
         kernels: Some(KernelSummary {
             parts: stream.parts,
             launching: stream.launching,

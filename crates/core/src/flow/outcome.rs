@@ -33,6 +33,8 @@ pub struct FlowOutcome {
     pub kernels: Option<KernelSummary>,
     /// Where pixels come from, where not all are rendered.
     pub pixels: Option<PixelSummary>,
+    /// What follows the frame, where it is trained on.
+    pub step: Option<StepSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionWork>>,
 }
@@ -57,6 +59,7 @@ impl FlowOutcome {
             stereo: None,
             kernels: None,
             pixels: None,
+            step: None,
             fovea: None,
         }
     }
@@ -119,8 +122,8 @@ pub struct CacheSummary {
 /// The kernels of a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct KernelSummary {
-    /// Cycles of those that convert, pair, sort and blend.
-    pub parts: [u64; 4],
+    /// Cycles of those of each [part](super::gpu::KernelPart).
+    pub parts: [u64; super::gpu::KernelPart::ALL.len()],
     /// Cycles between them.
     pub launching: u64,
     /// Gaussians that blocks read and find in the L2 cache.
@@ -131,6 +134,34 @@ pub struct KernelSummary {
     pub slots: u64,
     /// Those of them whose pixel has not stopped.
     pub live: u64,
+}
+
+/// What follows a frame that is trained on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StepSummary {
+    /// Cycles in which its picture is compared with the photo.
+    pub loss: u64,
+    /// Cycles in which lists are gone through in reverse.
+    pub reverse: u64,
+    /// Cycles in which gradients by parameters are found.
+    pub chain: u64,
+    /// Cycles in which parameters are updated.
+    pub update: u64,
+}
+
+impl StepSummary {
+    /// All of them.
+    pub fn cycles(&self) -> u64 {
+        self.loss + self.reverse + self.chain + self.update
+    }
+
+    /// Adds that of another view.
+    pub fn add(&mut self, other: &StepSummary) {
+        self.loss += other.loss;
+        self.reverse += other.reverse;
+        self.chain += other.chain;
+        self.update += other.update;
+    }
 }
 
 /// Where the pixels of a frame come from.

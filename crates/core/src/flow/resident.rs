@@ -24,14 +24,15 @@ mod optional;
 mod order;
 pub mod stages;
 mod tables;
+pub mod training;
 pub mod work;
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, TablesDecl,
-    Work, WorkKey,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, StepSummary,
+    TablesDecl, Work, WorkKey,
 };
 use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::cycles;
@@ -53,6 +54,7 @@ use engine::{Engine, EngineCounts};
 use front::FrontUnit;
 use layout::{Layout, Place};
 use order::OrderUnit;
+use training::Step;
 use work::{RegionShape, ResidentFrame};
 
 const KEY: &str = "resident";
@@ -129,6 +131,10 @@ impl Dataflow for ResidentFlow {
 
     fn optional(&self) -> &'static [Optional] {
         &optional::OPTIONAL
+    }
+
+    fn trains(&self, machine: &Machine) -> bool {
+        machine.resident().training.interval > 0
     }
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
@@ -363,7 +369,9 @@ fn through<O: Observer>(
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let m = machine.resident();
-    let memory = Memory::new(Layout::new(frame, m), &STREAMS, machine, calibration);
+    let step = Step::new(m, frame, m.step_cycles(m.raster.lanes));
+    let layout = Layout::new(frame, m, step.as_ref());
+    let memory = Memory::new(layout, &STREAMS, machine, calibration);
     let mut next_pixel = 0;
     let first_pixel = frame.regions.iter().map(|region| {
         let first = next_pixel;
@@ -423,11 +431,32 @@ fn through<O: Observer>(
     let end = units.engines.iter().map(|engine| engine.end).max().unwrap_or(0);
     let end = end.max(preprocessing_end);
     let Units { mut front, mut order, mut engines, .. } = units;
-    shared.memory.close(end);
     front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
+    let mut after = None;
+    let end = match &step {
+        None => end,
+        Some(step) => {
+            engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
+            let RegionShared { memory, observer, .. } = &mut shared;
+            let ends = step.run(end, &mut front, &mut engines, memory, *observer);
+            let [loss, reverse, chain, update] = ends;
+            after = Some(StepSummary {
+                loss: loss - end,
+                reverse: reverse - loss,
+                chain: chain - reverse,
+                update: update - chain,
+            });
+            update
+        }
+    };
+    shared.memory.close(end);
     order.iter_mut().for_each(|unit| unit.account.up_to(end, shared.observer));
     engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
-    let outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
+    let mut outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
+    if let Some(step) = &step {
+        step.charge(&mut outcome.actions);
+        outcome.step = after;
+    }
     let recording = shared.observer.wants_times().then(|| shared.memory.recording()).flatten();
     (outcome, recording)
 }

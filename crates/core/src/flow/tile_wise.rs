@@ -481,6 +481,7 @@ fn outcome_of(
         stereo: None,
         kernels: None,
         pixels: None,
+        step: None,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),

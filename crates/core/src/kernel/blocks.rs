@@ -80,6 +80,16 @@ impl<'a> BlockStream<'a> {
         }
     }
 
+    /// As [`BlockStream::new`], of a unit with this account, from cycle `begins` on.
+    pub fn resumed(
+        unit: BlockUnit,
+        blocks: &'a [MovedBlock],
+        account: Account,
+        begins: u64,
+    ) -> BlockStream<'a> {
+        BlockStream { account, end: begins, ..BlockStream::new(unit, blocks) }
+    }
+
     /// Bytes that the blocks read and write.
     pub fn bytes(blocks: &[MovedBlock]) -> [u64; 2] {
         blocks.iter().fold([0; 2], |[read, write], block| [read + block.read, write + block.write])

@@ -110,7 +110,7 @@ impl Streams {
             let mut i = 0;
             while i < stages[s].streams.len() {
                 let StreamDecl { key, is_write, is_contiguous, phase, .. } = stages[s].streams[i];
-                assert!(streams.count < Streams::MOST, "a dataflow has at most 15 streams");
+                assert!(streams.count < Streams::MOST, "more streams than devices tell apart");
                 let phase = match phase {
                     Some(own) => own,
                     None => stages[s].phase,

@@ -103,6 +103,7 @@ impl Then for CycleReport {
             stereo,
             kernels,
             pixels,
+            step,
             fovea,
         } = next;
         self.timing.then(timing);
@@ -126,6 +127,9 @@ impl Then for CycleReport {
         self.stereo = stereo;
         self.kernels.then(kernels);
         if let (Some(first), Some(second)) = (&mut self.pixels, &pixels) {
+            first.add(second);
+        }
+        if let (Some(first), Some(second)) = (&mut self.step, &step) {
             first.add(second);
         }
         self.fovea.then(fovea);

@@ -2,7 +2,8 @@
 
 use super::RegionReport;
 use crate::flow::{
-    CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, PixelSummary, StereoSummary,
+    CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, PixelSummary, StepSummary,
+    StereoSummary,
 };
 use crate::kernel::FrameTiming;
 use powergs_base::quantity::Hertz;
@@ -87,6 +88,8 @@ pub struct CycleReport {
     pub kernels: Option<KernelSummary>,
     /// Where pixels come from, where not all are rendered.
     pub pixels: Option<PixelSummary>,
+    /// What follows the frame, where it is trained on.
+    pub step: Option<StepSummary>,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }

@@ -97,6 +97,7 @@ pub fn priced(
             stereo: outcome.stereo,
             kernels: outcome.kernels,
             pixels: outcome.pixels,
+            step: outcome.step,
             fovea: regions::priced(timed, prices),
         })),
     };

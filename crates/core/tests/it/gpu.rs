@@ -7,7 +7,7 @@ use powergs_base::config::embedded::MACHINES;
 use powergs_core::flow::gpu::blocks::{ThreadBlock, ends};
 use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
 use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
-use powergs_core::flow::gpu::{Gpu, KernelPart, Kernels, WARP};
+use powergs_core::flow::gpu::{Gpu, GpuKernel, KernelPart, Kernels, WARP};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
@@ -269,6 +269,49 @@ fn kernels_move_what_the_arrays_take() {
     assert!(between.clone().count() > 0 && between.into_iter().all(|k| k.memory == [0, 0]));
 }
 
+/// A step of training, from the facts of its frame.
+#[test]
+fn a_step_moves_what_its_arrays_take() {
+    let frame = dense_frame(1);
+    let made = |sets: &[&str]| {
+        let sets = [&["l2.capacity=0 B"], sets].concat();
+        let machine = machine(&sets);
+        let work = workload(&frame, machine.gpu());
+        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        let sum = |part: KernelPart, of: fn(&GpuKernel) -> u64| -> u64 {
+            kernels.all.iter().filter(|k| k.part == part).map(of).sum()
+        };
+        let both = |part| [sum(part, |k| k.memory[0]), sum(part, |k| k.memory[1])];
+        let parts = [KernelPart::Loss, KernelPart::Backward, KernelPart::Chain, KernelPart::Update];
+        (parts.map(both), sum(KernelPart::Backward, |k| k.atomics), work)
+    };
+    let (pixels, points) = (150 * 90, frame.facts.points);
+    let ([loss, backward, chain, update], atomics, work) = made(&["train.sum=pixel"]);
+    let seen = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
+    let coefficients = (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
+    let stored = 12 + 32 + 12 * coefficients;
+    assert_eq!(loss, [60 * pixels; 2]);
+    let (entries, tiles) = (work.list.len() as u64, work.tiles.len() as u64);
+    let loaded: u64 = work.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
+    // Lists whole, Gaussians and their sums as often as the frame read them, in whole sectors.
+    assert_eq!(backward, [4 * entries + 8 * tiles + 20 * pixels + loaded * (96 + 64), loaded * 64]);
+    assert_eq!(chain, [seen * (stored + 36), 300 * points + seen * stored]);
+    // GS-Scale: seven times 59 numbers of 4 B, 1,652 B, at degree 3.
+    assert_eq!(update, [4 * stored * points, 3 * stored * points]);
+    assert_eq!(7 * (12 + 32 + 12 * 16), 1652);
+    assert_eq!(atomics, 9 * work.counters.blends);
+    let (_, by_warp, _) = made(&["train.sum=warp"]);
+    let (_, by_block, _) = made(&["train.sum=block"]);
+    assert!(atomics > 4 * by_warp && by_warp > by_block && by_block % 9 == 0, "{by_warp}");
+    assert!(by_block <= 9 * loaded);
+    let (parts, atomics, _) = made(&["train.sum=none"]);
+    assert_eq!((parts, atomics), ([[0; 2]; 4], 0));
+    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=visible"]);
+    assert_eq!(update, [4 * stored * seen, 3 * stored * seen]);
+    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=none"]);
+    assert_eq!(update, [0, 0]);
+}
+
 #[test]
 fn gpus_keep_the_laws() {
     let file = MACHINES.iter().find(|file| file.name == "xavier-nx").expect("a machine").complete();
@@ -285,6 +328,9 @@ fn gpus_keep_the_laws() {
             &["l2.bytes-per-cycle=1", "l2.sector=64 B", "blend.feature=100 B"],
             &["radix.count=each-pass", "convert.cull=frustum", "pairs.test=ellipse"],
             &["blend.test=4", "blend.warp-width=8", "sm.special=1", "sm.float=1.0"],
+            &["train.sum=pixel", "train.atomics=0.05"],
+            &["train.sum=warp", "train.update=visible", "l2.capacity=64 KiB"],
+            &["train.sum=block", "dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=calibrated"],
             // Where nothing but the slowest warp of a block counts.

@@ -331,6 +331,62 @@ fn machines_equal_the_cycle_by_cycle_oracle() {
     assert_eq!(reached, expected.split(' ').collect::<Vec<_>>());
 }
 
+/// A step of training takes what its frame takes, and parts behind it that follow from its lists.
+#[test]
+fn a_step_goes_once_more_through_the_lists() {
+    let frame = dense_frame(1);
+    let run = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let machine = Machine::parse_with(MACHINE, &sets).expect("a machine");
+        let flow = machine.flow();
+        let work = flow.prepare(&frame, &flow.work_key(&machine));
+        let memo = Memo::default();
+        let outcome = flow.run(&FrameTask::first(&machine, &*work, &memo), None).expect("it runs");
+        let cut: ResidentFrame = work.of::<ResidentFrame>().expect("of this dataflow").clone();
+        (outcome, cut)
+    };
+    // A memory that takes no time to speak of: what is left is arithmetic.
+    let fast =
+        ["dram.device=none", "dram.channels=1", "dram.bandwidth=100 TB/s", "dram.latency=0 ns"];
+    let rest = ["training.interval=3", "training.loss=500", "training.chain=300"];
+    let (plain, cut) = run(&fast);
+    let (step, _) = run(&[&fast[..], &rest].concat());
+    let after = step.step.expect("it trains");
+    assert_eq!(step.timing.frame, plain.timing.frame + after.cycles());
+    assert!(plain.step.is_none());
+    // Regions are dealt round over two engines, a step of 16 pixels is three cycles in reverse.
+    let mut engines = [0_u64; 2];
+    for (i, region) in cut.regions.iter().enumerate() {
+        let list = &cut.entries[region.start as usize..][..region.entries as usize];
+        let steps: u64 = list.iter().map(|entry| u64::from(entry.steps)).sum();
+        engines[i % 2] += (3 * steps).max(1);
+    }
+    let most = engines.into_iter().max().expect("two");
+    assert!((most..most + 200).contains(&after.reverse), "{} {most}", after.reverse);
+    let pixels = 150 * 90;
+    let least = pixels * 500 / 426 / 2;
+    assert!((least..2 * least).contains(&after.loss), "{} {least}", after.loss);
+    // Bytes: lists, Gaussians and pixels once more; sums out and in; seven times the parameters.
+    let (entries, splats) = (cut.entries.len() as u64, cut.index.len() as u64);
+    let (stored, points) = (12 + 32 + 48, cut.counters.points);
+    let more = |stage: usize| {
+        let [a, b] = [&step, &plain].map(|outcome| outcome.served.stages[stage]);
+        [a.read - b.read, a.write - b.write]
+    };
+    assert_eq!(
+        more(2),
+        [2 * 3 * pixels + entries * (8 + 36) + 28 * pixels, 28 * pixels + 36 * entries]
+    );
+    assert_eq!(
+        more(0),
+        [
+            36 * entries + stored * splats + 4 * stored * points,
+            stored * splats + 3 * stored * points
+        ]
+    );
+    assert_eq!(more(1), [0, 0]);
+}
+
 #[test]
 fn it_keeps_the_laws() {
     let frames = [small_frame(0), dense_frame(1)];
@@ -343,6 +399,8 @@ fn it_keeps_the_laws() {
             &["tail.share=0.3", "tail.latency=9", TAIL_STORE],
             &["front.lazy=true", "raster.engines=1", "raster.saturation=true", "region.width=16"],
             &["dram.model=banked", "front.overlap=frames", "region.cut=exact"],
+            &["training.interval=2"],
+            &["training.interval=3", "training.update=visible", "dram.model=banked"],
         ],
         frames: &frames,
         settled: &["raster.saturation=false"],

@@ -5,7 +5,7 @@ use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycle
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
-    OrderSummary, PaperReport, RegionReport, StageBytes, StereoSummary,
+    OrderSummary, PaperReport, PixelSummary, RegionReport, StageBytes, StereoSummary,
 };
 use powergs_core::stage::{Stall, buffer_id, hardware, sram_read, stage_id, work_id};
 use powergs_dram::{DramCommands, StageCommands};
@@ -98,7 +98,15 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
             })),
             cache: Some(CacheSummary { hits: n, misses: n / 2 }),
             kernels: None,
-            pixels: None,
+            pixels: Some(PixelSummary {
+                pixels: 10 * n,
+                rendered: 4 * n,
+                taken: 5 * n,
+                filled: n,
+                lookups: 4 * n,
+                hits: n,
+            }),
+            step: None,
             stereo: Some(StereoSummary {
                 handed_on: n,
                 entries: 2 * n,
@@ -214,6 +222,7 @@ fn timing(cycles: u64) -> FrameTiming {
             unit("qsu", 8, [0.05, 0.14, 0.02, 0.20]),
             unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
             unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
+            unit("pxu", 1, [0.03, 0.01, 0.0, 0.01]),
             unit("colour", 4, [0.02, 0.0, 0.0, 0.0]),
         ],
         dram: DramUse {

@@ -61,6 +61,8 @@ fn terminal_summary() {
 
         DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes
         moved per byte asked for.
+        40 % of the pixels are rendered. Of those that look up their first Gaussians
+        25 % stop there.
         The second eye is made of what blends in the first one: 25 % of the entries of
         its own lists. By that <1 % of its pixels may change by a step of eight bits or
         more, <1 % because disparities are beyond stereo.lag.
@@ -81,7 +83,7 @@ fn terminal_summary() {
         No doubled resource raises the frames per second per mm²: dram.channels saves
         most time, -24 %, for +67 % area and -1.5 % power.
 
-        limits  21 effects left out: 14 optimistic, 2 pessimistic, 5 either way: frame
+        limits  24 effects left out: 17 optimistic, 2 pessimistic, 5 either way: frame
                 times are rather too short; the assumptions that matter most: A4 (DRAM
                 transfers reach 78 % of the peak); A26 (All units of a core work on one
                 pair); numbers of PowerGS (powergs)

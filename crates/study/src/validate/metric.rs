@@ -28,6 +28,10 @@ pub enum Metric {
     FrameEnergy,
     /// Share of the kernels of a GPU in the time of all.
     KernelShare(KernelPart),
+    /// Time of the backward pass over that of the frame before it, on a GPU that trains.
+    BackwardOverForward,
+    /// Time of the backward pass on the other GPU over that on this one.
+    BackwardSpeedup,
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
@@ -118,7 +122,7 @@ type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics but those of blocks.
-    const WHOLE: [Metric; 35] = [
+    const WHOLE: [Metric; 37] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -132,6 +136,8 @@ impl Metric {
         Metric::KernelShare(KernelPart::Pairs),
         Metric::KernelShare(KernelPart::Sort),
         Metric::KernelShare(KernelPart::Blend),
+        Metric::BackwardOverForward,
+        Metric::BackwardSpeedup,
         Metric::EnergyRatio,
         Metric::EdpRatio,
         Metric::RasterUtilisation,
@@ -177,6 +183,9 @@ impl Metric {
             Metric::KernelShare(KernelPart::Pairs) => ("pairs_share", "", false, true),
             Metric::KernelShare(KernelPart::Sort) => ("sort_share", "", false, true),
             Metric::KernelShare(KernelPart::Blend) => ("blend_share", "", false, true),
+            Metric::KernelShare(part) => (part.name(), "", false, true),
+            Metric::BackwardOverForward => ("backward_over_forward", "", false, true),
+            Metric::BackwardSpeedup => ("backward_speedup", "x", true, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
             Metric::RasterUtilisation => ("raster_utilisation", "", false, true),
@@ -262,6 +271,10 @@ impl Metric {
             Metric::FrameEnergy => (of.chip_pj + of.dram_pj) * 1e-9 / frames,
             Metric::KernelShare(part) => {
                 of.kernel_seconds[part as usize] / of.kernel_seconds.iter().sum::<f64>()
+            }
+            Metric::BackwardOverForward => of.backward_seconds() / of.forward_seconds(),
+            Metric::BackwardSpeedup => {
+                ratio(|t| Some(t.backward_seconds() / t.frames as f64).filter(|s| *s > 0.0))?
             }
             Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
             Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,

@@ -123,6 +123,20 @@ impl Totals {
         }
     }
 
+    /// Time of the kernels of a frame in front of its loss, seconds.
+    pub fn forward_seconds(&self) -> f64 {
+        let parts = KernelPart::ALL.into_iter().filter(|part| !part.trains());
+        parts.map(|part| self.kernel_seconds[part as usize]).sum()
+    }
+
+    /// Time of those that find gradients, seconds.
+    pub fn backward_seconds(&self) -> f64 {
+        [KernelPart::Backward, KernelPart::Chain]
+            .map(|part| self.kernel_seconds[part as usize])
+            .iter()
+            .sum()
+    }
+
     fn add_cycles(&mut self, cycle: &CycleReport) {
         let timing = &cycle.timing;
         self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;

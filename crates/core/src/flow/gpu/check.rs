@@ -26,6 +26,10 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
         ("blend.feature", m.blend.feature),
         ("blend.shared", m.blend.shared),
         ("blend.pixel", m.blend.pixel),
+        ("train.loss-bytes", m.train.loss_bytes),
+        ("train.state", m.train.state),
+        ("train.record", m.train.record),
+        ("train.zeroed", m.train.zeroed),
     ];
     for (key, size) in sizes {
         if size > SIZE_MAX {

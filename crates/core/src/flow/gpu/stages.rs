@@ -1,6 +1,6 @@
 //! The one stage of a GPU: its multiprocessors run every kernel.
 
-use super::{L2Spec, SmSpec, WARP};
+use super::{L2Spec, SmSpec, TrainSpec, WARP};
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
     Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
@@ -42,6 +42,20 @@ pub const SM_DECL: StageDecl = StageDecl {
             .scattered()
             .of(Phase::Rendering),
         writes("picture", "finished pixels", ["pairs-out", "results"]).of(Phase::Rendering),
+        reads("blended-in", "pictures, and lists in reverse", &["picture"], ["splats", "scene"])
+            .scattered()
+            .of(Phase::Rendering),
+        writes("gradients-out", "gradients by pixels and by Gaussians", ["picture", "results"])
+            .of(Phase::Rendering),
+        reads(
+            "parameters-in",
+            "Gaussians, their gradients and moments",
+            &["gradients-out"],
+            ["scene", "keys-in"],
+        )
+        .of(Phase::Preprocessing),
+        writes("parameters-out", "the same, updated", ["results", "pairs-out"])
+            .of(Phase::Preprocessing),
     ],
     parts: &[part("lanes", "Lanes of single precision.", |m| {
         f64::from(m.of_type::<SmSpec>().lanes)
@@ -82,14 +96,20 @@ pub const SM_DECL: StageDecl = StageDecl {
         ),
         omit("kernels that overlap in their ends and beginnings", Bias::Pessimistic, "A138"),
         omit("clocks that fall under load", Bias::Optimistic, ""),
+        omit(
+            "densification: Gaussians that are cloned, split and removed",
+            Bias::Optimistic,
+            "A144",
+        )
+        .by("train.sum = \"warp\"", |m| m.of_type::<TrainSpec>().trains()),
     ],
-    behind: &["A137", "A138", "A139"],
+    behind: &["A137", "A138", "A139", "A144"],
     ..StageDecl::new(
         "sm",
         "streaming multiprocessors (SM)",
         Phase::Rendering,
         "Multiprocessors of a GPU: they run the kernels that convert, pair, sort and blend. Keys: \
-         `sm`, `convert`, `pairs`, `radix`, `blend`.",
+         `sm`, `convert`, `pairs`, `radix`, `blend`, `train`.",
     )
 };
 

@@ -31,9 +31,16 @@ pub struct Gpu {
     pub radix: RadixSpec,
     /// The kernel that blends.
     pub blend: BlendSpec,
+    /// Kernels that train.
+    #[serde(default)]
+    pub train: TrainSpec,
 }
 
-crate::flow::flow_tables!(Gpu, super::GpuFlow, [sm, l2, bus, launch, convert, pairs, radix, blend]);
+crate::flow::flow_tables!(
+    Gpu,
+    super::GpuFlow,
+    [sm, l2, bus, launch, convert, pairs, radix, blend, train]
+);
 
 impl Machine {
     /// The tables of a GPU.
@@ -237,6 +244,107 @@ pub struct BlendSpec {
     /// Registers of a thread.
     #[schemars(range(min = 16, max = 255), extend("x-unit" = "registers"))]
     pub registers: u32,
+}
+
+/// Bytes that a slice of the L2 cache moves in a cycle.
+const SLICE: f64 = 64.0;
+
+/// The `[train]` table: a frame is a step of training, with the loss, the gradients and the update
+/// behind it.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct TrainSpec {
+    /// What gradients are added up by.
+    pub sum: GradientSum,
+    /// Which Gaussians are updated.
+    pub update: Updated,
+    /// Instructions of the loss of a pixel, its gradient included.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "instructions"))]
+    pub loss: u32,
+    /// Read and written for the loss of a pixel, half and half: pictures, maps, its gradient.
+    pub loss_bytes: Bytes,
+    /// Read of a pixel where the list is gone through in reverse: gradient, transmittance, number
+    /// of entries.
+    pub state: Bytes,
+    /// Instructions where a pixel of the warp has blended, in reverse.
+    #[schemars(range(min = 1, max = 10000), extend("x-unit" = "instructions"))]
+    pub gradient: u32,
+    /// What is added up for a Gaussian: gradients by mean, conic, opacity and colour, 4 B each.
+    pub record: Bytes,
+    /// Additions to memory that a slice of the L2 cache, of 64 B a cycle, makes in a cycle.
+    #[schemars(range(min = 0.001, max = 64.0), extend("x-unit" = "additions/cycle"))]
+    pub atomics: f64,
+    /// Written of every Gaussian before anything is added up.
+    pub zeroed: Bytes,
+    /// Instructions of one with a tile: from these gradients to those by its parameters.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "instructions"))]
+    pub chain: u32,
+    /// Times that the update reads and writes as much as the parameters: values, gradients and two
+    /// moments in, all but gradients out.
+    #[schemars(range(min = 0, max = 16), extend("x-unit" = "accesses"))]
+    pub accesses: u32,
+    /// Instructions of the update of a number.
+    #[schemars(range(min = 1, max = 10000), extend("x-unit" = "instructions"))]
+    pub step: u32,
+}
+
+impl Default for TrainSpec {
+    /// No training; what there is where the file says only how gradients are added up (A144).
+    fn default() -> TrainSpec {
+        TrainSpec {
+            sum: GradientSum::None,
+            update: Updated::All,
+            loss: 900,
+            loss_bytes: Bytes(120),
+            state: Bytes(20),
+            gradient: 110,
+            record: Bytes(36),
+            atomics: 1.0,
+            zeroed: Bytes(300),
+            chain: 700,
+            accesses: 7,
+            step: 16,
+        }
+    }
+}
+
+/// What gradients of pixels are added up by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GradientSum {
+    /// Frames are rendered, and nothing is trained.
+    None,
+    /// Each pixel adds its own to memory.
+    Pixel,
+    /// A warp adds up those of its pixels first.
+    Warp,
+    /// A block adds up those of its warps first.
+    Block,
+}
+
+/// Which Gaussians are updated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Updated {
+    /// Every one: moments change without a gradient too.
+    All,
+    /// Those with a tile.
+    Visible,
+    /// None: gradients alone are found.
+    None,
+}
+
+impl TrainSpec {
+    /// Cycles in which a cache of so many bytes a cycle makes so many additions.
+    pub fn adding(&self, additions: u64, bytes_per_cycle: u32) -> u64 {
+        let rate = self.atomics * f64::from(bytes_per_cycle) / SLICE;
+        (additions as f64 / rate).ceil() as u64
+    }
+
+    /// Whether frames are trained on.
+    pub fn trains(&self) -> bool {
+        self.sum != GradientSum::None
+    }
 }
 
 impl BusSpec {

@@ -44,6 +44,8 @@ pub struct BlockWarps {
     pub evaluated: u64,
     /// Those of them in which a pixel blends.
     pub blended: u64,
+    /// Entries that any of its pixels blends.
+    pub met: u32,
     /// The most of [`BlockWarps::evaluated`] that one warp has, and what it blends.
     pub longest: [u32; 2],
 }
@@ -129,7 +131,9 @@ fn block(workload: &FrameWorkload, tile: usize, width: u32) -> BlockWarps {
     let mut blended = vec![0_u32; evaluated.len()];
     // The entry that a warp has blended last, one more than its position.
     let mut seen = vec![0_u32; evaluated.len()];
+    let mut met = 0;
     for (at, &rank) in (0..last).zip(workload.list_of(work)) {
+        let mut is_met = false;
         for (y, span) in spans(&pixels.splats[rank as usize], area) {
             let Some([first, end]) = span else { continue };
             let mut x = first;
@@ -141,10 +145,12 @@ fn block(workload: &FrameWorkload, tile: usize, width: u32) -> BlockWarps {
                 if is_new && stops(y, x, to).iter().any(|&stop| stop > at) {
                     seen[warp] = at + 1;
                     blended[warp] += 1;
+                    is_met = true;
                 }
                 x = to;
             }
         }
+        met += u32::from(is_met);
     }
     let longest = evaluated.iter().zip(&blended).max_by_key(|(e, b)| (**e, **b));
     let sum = |all: &[u32]| all.iter().map(|n| u64::from(*n)).sum();
@@ -152,6 +158,7 @@ fn block(workload: &FrameWorkload, tile: usize, width: u32) -> BlockWarps {
         loaded: work.loaded,
         evaluated: sum(&evaluated),
         blended: sum(&blended),
+        met,
         longest: longest.map_or([0; 2], |(e, b)| [*e, *b]),
     }
 }

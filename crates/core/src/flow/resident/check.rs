@@ -30,6 +30,8 @@ fn sizes(m: &Resident, found: &mut Found) {
         ("gaussian.colour-pitch", g.colour_pitch, g.colour.0),
         ("gaussian.feature-pitch", g.feature_pitch, g.feature.0),
         ("raster.pixel-state", m.raster.pixel_state, 1),
+        ("training.state", m.training.state, 1),
+        ("training.record", m.training.record, 1),
     ];
     for (key, bytes, least) in records {
         if !(least..=RECORD_MAX.0).contains(&bytes.0) {

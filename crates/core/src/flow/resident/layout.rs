@@ -2,6 +2,7 @@
 //! bytes on (A35).
 
 use super::Resident;
+use super::training::{Step, StepPart};
 use super::work::ResidentFrame;
 use crate::kernel::memory;
 use powergs_dram::AddressRange;
@@ -59,12 +60,14 @@ pub struct Layout<'a> {
     ordered: u64,
     slices: u64,
     pixels: u64,
+    /// What each part of a step of training reads and writes.
+    steps: [[u64; 2]; StepPart::ALL.len()],
     end: u64,
 }
 
 impl<'a> Layout<'a> {
     /// Those of a frame on a machine.
-    pub fn new(frame: &'a ResidentFrame, machine: &'a Resident) -> Layout<'a> {
+    pub fn new(frame: &'a ResidentFrame, machine: &'a Resident, step: Option<&Step>) -> Layout<'a> {
         let mut end = 0;
         let mut array = |items: u64, bytes: u64| {
             let base = end;
@@ -86,10 +89,18 @@ impl<'a> Layout<'a> {
             ordered: array(entries, g.entry.0),
             slices: array(of_slices, machine.raster.pixel_state.0),
             pixels: array(pixels, g.pixel.0),
+            steps: StepPart::ALL.map(|part| {
+                step.map_or([0; 2], |step| step.bytes(part)).map(|bytes| array(bytes, 1))
+            }),
             frame,
             machine,
             end,
         }
+    }
+
+    /// Where what a part of a step reads and writes begins.
+    pub fn step(&self, part: StepPart) -> [u64; 2] {
+        self.steps[part as usize]
     }
 
     fn entries(&self, base: u64, first: u64, bytes: u64) -> Place {

@@ -1,10 +1,10 @@
 //! Parts that a machine may not have.
 
-use super::{ComposeSpec, TailSpec};
+use super::{ComposeSpec, TailSpec, TrainingSpec};
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 2] = [
+pub(super) const OPTIONAL: [Optional; 3] = [
     Optional {
         what: "tail units",
         switch: "tail.share",
@@ -23,5 +23,20 @@ pub(super) const OPTIONAL: [Optional; 2] = [
         keys: &["compose"],
         with: &["compose.lanes=16", "region.slices=2"],
         is_there: |m| m.of_type::<ComposeSpec>().lanes > 0,
+    },
+    Optional {
+        what: "training",
+        switch: "training.interval",
+        keys: &[
+            "training.state",
+            "training.record",
+            "training.loss",
+            "training.chain",
+            "training.update",
+            "training.accesses",
+            "training.step",
+        ],
+        with: &["training.interval=2"],
+        is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
     },
 ];

@@ -1,7 +1,9 @@
 //! The stages of machines with resident pixels, and what a piece of work takes of each.
 
 use super::work::RecordCounts;
-use super::{ComposeSpec, FrontSpec, OrderSpec, RasterSpec, Resident, StoreSpecs, TailSpec};
+use super::{
+    ComposeSpec, FrontSpec, OrderSpec, RasterSpec, Resident, StoreSpecs, TailSpec, TrainingSpec,
+};
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
     AlsoDecl, Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
@@ -29,7 +31,20 @@ pub const FRONT_DECL: StageDecl = StageDecl {
         reads("records", "positions and shapes of a batch", &[], ["shades", "features"]),
         reads("shades", "colours of those with a region", &[], ["features", "records"]).scattered(),
         writes("results", "converted Gaussians and list entries", ["slices-out", "pixels"]),
+        reads(
+            "step-in",
+            "Gaussians, their gradients and moments",
+            &["gradients"],
+            ["records", "shades"],
+        ),
+        writes("step-out", "the same, updated", ["results", "pixels"]),
     ],
+    works: &[work("simt-operation", 1, "One operation of loss, gradients or update.").a_cycle(
+        |m| match m.of_type::<TrainingSpec>().interval {
+            0 => 0.0,
+            _ => f64::from(m.of_type::<FrontSpec>().operations_per_cycle),
+        },
+    )],
     parts: &[part("operations", "Arithmetic of conversion; amount: operations a cycle.", |m| {
         f64::from(m.of_type::<FrontSpec>().operations_per_cycle)
     })],
@@ -111,7 +126,19 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         reads("entries", "sorted entries of a chunk", &["ordered"], ["lists", "records"]),
         reads("features", "what a chunk names", &["results"], ["shades", "records"]).scattered(),
         writes("pixels", "finished pixels of a region", ["slices-out", "results"]),
+        reads(
+            "reverse-in",
+            "pictures, lists and Gaussians in reverse",
+            &["pixels"],
+            ["entries", "lists"],
+        ),
+        writes("gradients", "gradients by pixels and by entries", ["pixels", "results"]),
     ],
+    works: &[work("gradient-pixel", 60, "Gradients of one pixel by a Gaussian, all nine.")
+        .a_cycle(|m| match m.of_type::<TrainingSpec>().interval {
+            0 => 0.0,
+            n => f64::from(m.of_type::<RasterSpec>().lanes) / f64::from(n),
+        })],
     parts: &[part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes))],
     waits: &[
         WaitDecl {

@@ -31,6 +31,7 @@ pub(super) fn all() -> Vec<Statistic> {
     checks::reuse(&mut list);
     checks::pixels(&mut list);
     checks::kernels(&mut list);
+    checks::step(&mut list);
     fovea::fovea(&mut list);
     machine::actions(&mut list);
     list

@@ -73,6 +73,8 @@ pub enum Key {
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
+    /// Time in which the lists of a step of training are gone through in reverse, milliseconds.
+    StepReverse,
     /// Share of the pixels that are rendered, 0 to 1, where not all are.
     PixelsRendered,
     /// Share of the pixels that look up their first Gaussians and are known by them, 0 to 1.
@@ -170,6 +172,7 @@ impl Key {
             Key::SecondMasterRate => "dram.second_master_gb_s".into(),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
+            Key::StepReverse => "step.reverse_ms".into(),
             Key::PixelsRendered => "pixels.rendered_frac".into(),
             Key::PixelsKnown => "pixels.known_frac".into(),
             Key::SecondEyeKept => "stereo.kept_frac".into(),

@@ -107,7 +107,7 @@ pub fn run(machine: &Machine, frame: &ResidentFrame, calibration: Option<&Calibr
     let mut world = World {
         m,
         frame,
-        memory: oracle_memory::Memory::new(Layout::new(frame, m), &STREAMS, machine, flat),
+        memory: oracle_memory::Memory::new(Layout::new(frame, m, None), &STREAMS, machine, flat),
         now: 0,
         next_record: 0,
         next_region: 0,

@@ -1,7 +1,7 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
-use crate::flow::{KernelSummary, PixelSummary, gpu, tile_wise};
+use crate::flow::{KernelSummary, PixelSummary, StepSummary, gpu, resident, tile_wise};
 use crate::sim::statistics::Key;
 use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, StereoSummary};
 use crate::workload::reuse::ReuseSummary;
@@ -136,6 +136,23 @@ pub(super) fn kernels(list: &mut List) {
         of(f).and_then(|k| share(k.hits, k.hits + k.misses))
     });
     list[first..].iter_mut().for_each(|statistic| statistic.flows = vec![gpu::FLOW.flow.key()]);
+}
+
+pub(super) fn step(list: &mut List) {
+    let ms = |f: &FrameReport, cycles: fn(&StepSummary) -> u64| -> Option<f64> {
+        let cycle = f.cycle()?;
+        Some(cycles(cycle.step.as_ref()?) as f64 / cycle.clock.0 * 1e3)
+    };
+    let first = list.len();
+    let mut time = |name: &str, text: &str, cycles: fn(&StepSummary) -> u64| {
+        real(list, format!("step.{name}_ms"), "ms", text, move |f, _| ms(f, cycles));
+    };
+    time("loss", "Time in which the picture is compared with the photo.", |s| s.loss);
+    time("reverse", "Time in which lists are gone through in reverse.", |s| s.reverse);
+    time("chain", "Time in which gradients by parameters are found.", |s| s.chain);
+    time("update", "Time in which parameters are updated.", |s| s.update);
+    let flows = || vec![gpu::FLOW.flow.key(), resident::FLOW.flow.key()];
+    list[first..].iter_mut().for_each(|statistic| statistic.flows = flows());
 }
 
 pub(super) fn reuse(list: &mut List) {

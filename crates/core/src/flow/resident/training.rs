@@ -1,0 +1,232 @@
+//! Training on resident pixels (`training`; A145): what follows a frame.
+//!
+//! Parts follow each other, each when the one before has ended. **Loss**: units of the front compare
+//! the picture with a photo, region by region. **Reverse**: each engine takes the lists of its
+//! regions again, from the back: `training.interval` times the steps of before, because lanes share
+//! their pixels between transmittance and gradients; nothing stops. What its lanes have added up for
+//! an entry is written. **Chain**: units of the front put the parts of a Gaussian together, and find
+//! gradients by its parameters. **Update**: they take values, gradients and moments through the
+//! memory. Regions and Gaussians are dealt round.
+
+use super::stages::{FRONT, RASTER, WAITS_FEATURES, WAITS_RECORDS};
+use super::work::ResidentFrame;
+use super::{Engine, FrontUnit, Layout, Place, Resident, STREAMS, Updated};
+use crate::kernel::blocks::{BlockStream, BlockUnit, MovedBlock};
+use crate::kernel::memory::Memory;
+use crate::kernel::stream::StreamId;
+use crate::kernel::timeline::Observer;
+use crate::kernel::{self, drive};
+use crate::stage::{DRAM_READ, DRAM_WRITE, work_id};
+use powergs_energy::action::{ActionCounts, ActionId, Phase};
+
+/// Blocks of Gaussians of which a unit takes one after the other.
+const BATCH: u64 = 256;
+
+/// A part of a step behind its frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepPart {
+    /// The picture is compared with a photo.
+    Loss,
+    /// Lists are gone through in reverse.
+    Reverse,
+    /// Gradients by parameters.
+    Chain,
+    /// Parameters are updated.
+    Update,
+}
+
+impl StepPart {
+    /// All of them, in their order.
+    pub const ALL: [StepPart; 4] =
+        [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
+
+    /// The phase that its bytes and its energy are of.
+    const fn phase(self) -> Phase {
+        match self {
+            StepPart::Loss | StepPart::Reverse => Phase::Rendering,
+            StepPart::Chain | StepPart::Update => Phase::Preprocessing,
+        }
+    }
+
+    const fn streams(self) -> [StreamId; 2] {
+        match self {
+            StepPart::Loss | StepPart::Reverse => REVERSE,
+            StepPart::Chain | StepPart::Update => PARAMETERS,
+        }
+    }
+}
+
+const REVERSE: [StreamId; 2] = [STREAMS.id("reverse-in"), STREAMS.id("gradients")];
+const PARAMETERS: [StreamId; 2] = [STREAMS.id("step-in"), STREAMS.id("step-out")];
+const OPERATION: ActionId = work_id("simt-operation");
+const GRADIENT: ActionId = work_id("gradient-pixel");
+
+/// What follows a frame.
+#[derive(Debug)]
+pub struct Step {
+    /// Blocks of each part, unit by unit.
+    parts: [Vec<Vec<MovedBlock>>; StepPart::ALL.len()],
+    rates: [u64; StepPart::ALL.len()],
+    /// Operations of units of the front, and pixels that lanes go through in reverse.
+    operations: [u64; StepPart::ALL.len()],
+    pixels: u64,
+}
+
+/// When the parts of a step ended.
+pub type StepEnds = [u64; StepPart::ALL.len()];
+
+impl Step {
+    /// Of a frame; `None` on machines that do not train.
+    pub fn new(m: &Resident, frame: &ResidentFrame, step_cycles: u64) -> Option<Step> {
+        let t = &m.training;
+        if t.interval == 0 {
+            return None;
+        }
+        let (fronts, engines) = (m.front.units as usize, m.raster.engines as usize);
+        let mut parts = [vec![Vec::new(); fronts], vec![Vec::new(); engines], vec![], vec![]];
+        parts[2] = vec![Vec::new(); fronts];
+        parts[3] = vec![Vec::new(); fronts];
+        let (g, mut pixels) = (&m.gaussian, 0);
+        for (i, region) in frame.regions.iter().enumerate() {
+            let n = u64::from(region.pixels);
+            parts[0][i % fronts].push(MovedBlock {
+                items: n * u64::from(t.loss),
+                read: 2 * n * g.pixel.0,
+                write: n * t.state.0,
+            });
+            let list = &frame.entries[region.start as usize..][..region.entries as usize];
+            let steps: u64 = list.iter().map(|entry| u64::from(entry.steps)).sum();
+            pixels += list.iter().map(|entry| u64::from(entry.pixels)).sum::<u64>();
+            let entries = u64::from(region.entries);
+            parts[1][i % engines].push(MovedBlock {
+                items: steps * step_cycles * u64::from(t.interval),
+                read: m.chunk_bytes(entries) + n * t.state.0,
+                write: entries * t.record.0,
+            });
+        }
+        let splats = frame.index.len() as u64;
+        let partial = frame.entries.len() as u64;
+        let stored = g.position.0 + g.shape.0 + g.colour.0;
+        let each = |all: u64, first: u64, end: u64, of: u64| {
+            // What comes to a batch of what is spread over all.
+            (u128::from(all) * u128::from(end) / u128::from(of)
+                - u128::from(all) * u128::from(first) / u128::from(of)) as u64
+        };
+        for (i, first) in (0..splats).step_by(BATCH as usize).enumerate() {
+            let end = (first + BATCH).min(splats);
+            let sums = each(partial, first, end, splats);
+            let chain = (end - first) * u64::from(t.chain) + sums * t.record.0.div_ceil(4);
+            parts[2][i % fronts].push(MovedBlock {
+                items: chain,
+                read: sums * t.record.0 + (end - first) * stored,
+                write: (end - first) * stored,
+            });
+        }
+        let updated = match t.update {
+            Updated::All => frame.counters.points,
+            Updated::Visible => splats,
+            Updated::None => 0,
+        };
+        let accesses = u64::from(t.accesses);
+        for (i, first) in (0..updated).step_by(BATCH as usize).enumerate() {
+            let bytes = BATCH.min(updated - first) * stored;
+            parts[3][i % fronts].push(MovedBlock {
+                items: bytes / 4 * u64::from(t.step),
+                read: bytes * accesses.div_ceil(2),
+                write: bytes * (accesses / 2),
+            });
+        }
+        let rate = u64::from(m.front.operations_per_cycle);
+        let sum = |part: &Vec<Vec<MovedBlock>>| part.iter().flatten().map(|b| b.items).sum::<u64>();
+        let operations = [sum(&parts[0]), 0, sum(&parts[2]), sum(&parts[3])];
+        Some(Step { parts, rates: [rate, 1, rate, rate], operations, pixels })
+    }
+
+    /// Takes it through a machine from cycle `begins` on; returns when its parts ended.
+    pub fn run<'a, O: Observer>(
+        &self,
+        begins: u64,
+        front: &mut [FrontUnit],
+        engines: &mut [Engine],
+        memory: &mut Memory<'a, Layout<'a>>,
+        observer: &mut O,
+    ) -> StepEnds {
+        let mut ends = [begins; StepPart::ALL.len()];
+        let mut end = begins;
+        for (part, ends) in StepPart::ALL.into_iter().zip(&mut ends) {
+            let places = memory.layout().step(part);
+            let mut offset = places;
+            let (stage, waits) = match part {
+                StepPart::Reverse => (RASTER, WAITS_FEATURES),
+                _ => (FRONT, WAITS_RECORDS),
+            };
+            let blocks = &self.parts[part as usize];
+            let mut streams: Vec<BlockStream> = (0..)
+                .zip(blocks)
+                .map(|(owner, blocks)| {
+                    let unit = BlockUnit {
+                        stage,
+                        owner,
+                        rate: self.rates[part as usize],
+                        streams: part.streams(),
+                        places: offset,
+                        waits,
+                    };
+                    let moved = BlockStream::bytes(blocks);
+                    offset = [offset[0] + moved[0], offset[1] + moved[1]];
+                    let account = match part {
+                        StepPart::Reverse => engines[owner as usize].accounts[0].take(),
+                        _ => Some(front[owner as usize].account.clone()),
+                    };
+                    let account = account.expect("every engine has a raster");
+                    BlockStream::resumed(unit, blocks, account, end)
+                })
+                .collect();
+            let count = streams.len();
+            drive(&mut StepUnits { streams: &mut streams, memory, observer }, 0..count, end);
+            end = streams.iter().map(|stream| stream.end).fold(end, u64::max);
+            for (n, mut stream) in streams.into_iter().enumerate() {
+                stream.account.up_to(end, observer);
+                match part {
+                    StepPart::Reverse => engines[n].accounts[0] = Some(stream.account),
+                    _ => front[n].account = stream.account,
+                }
+            }
+            *ends = end;
+        }
+        ends
+    }
+
+    /// Charges what it does.
+    pub fn charge(&self, all: &mut ActionCounts) {
+        for part in StepPart::ALL {
+            let [read, write] = BlockStream::bytes(&self.parts[part as usize].concat());
+            all.charge(part.phase(), DRAM_READ, read);
+            all.charge(part.phase(), DRAM_WRITE, write);
+            all.charge(part.phase(), OPERATION, self.operations[part as usize]);
+        }
+        all.charge(Phase::Rendering, GRADIENT, self.pixels);
+    }
+
+    /// Bytes that a part reads and writes.
+    pub fn bytes(&self, part: StepPart) -> [u64; 2] {
+        BlockStream::bytes(&self.parts[part as usize].concat())
+    }
+}
+
+/// Units in a part of a step.
+struct StepUnits<'s, 'a, 'b, O> {
+    streams: &'s mut [BlockStream<'b>],
+    memory: &'s mut Memory<'a, Layout<'a>>,
+    observer: &'s mut O,
+}
+
+impl<O: Observer> kernel::Agents for StepUnits<'_, '_, '_, O> {
+    fn step(&mut self, agent: usize, now: u64) -> u64 {
+        self.streams[agent].step(now, self.memory, Place::Range, self.observer)
+    }
+
+    fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        self.memory.advance(until)
+    }
+}
