@@ -34,7 +34,7 @@ Examples:
   powergs-sim render scene.ply --cameras path.json --order update \\
       --arch neo -o neo/
   powergs-sim render scene.ply --cameras path.json --pixels warped \\
-      --set pixels.period=5 -o warped/";
+      --arch ls-gaussian -o warped/";
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]

@@ -94,3 +94,59 @@ fn pictures_in_an_order_are_compared_with_exact_ones() {
     refused(&["--order", "none", "--weight-power", "-1", "-o", "v/"], &["weight-power"]);
     assert!(!folder.join("v").exists());
 }
+
+/// Pictures whose pixels are moved from the frame before, or known by their first Gaussians.
+#[test]
+fn pictures_that_are_not_rendered_whole_are_compared_with_exact_ones() {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path();
+    let run = |arguments: &[&str]| drop(program(folder, arguments).assert().code(0));
+    run(&["synth", "demo", "--points", "20000", "-o", "s.ply", "--cameras", "all.json", "-q"]);
+    let path = ["camera", "convert", "--cameras", "all.json", "--path-frames", "400"];
+    run(&[&path[..], &["-o", "path.json", "-q"]].concat());
+    let views = ["render", "s.ply", "--cameras", "path.json", "--frames", "0..4"];
+    let of = |more: &[&str]| {
+        let words = [&views[..], &["--json", "--force", "-o", "views/", "--pixels"], more].concat();
+        json(folder, &words)
+    };
+    let number = |found: &Value, view: usize, key: &str| found["images"][view][key].as_f64();
+    let psnr = |found: &Value, view| number(found, view, "psnr_db").unwrap_or(f64::INFINITY);
+    let warped = of(&["warped", "--set", "pixels.period=3"]);
+    assert_eq!((warped["pixels"].as_str(), psnr(&warped, 0)), (Some("warped"), f64::INFINITY));
+    for view in [1, 2] {
+        assert!(psnr(&warped, view) > 25.0 && psnr(&warped, view) < 60.0, "{warped}");
+        assert!(number(&warped, view, "rendered_frac") < Some(0.5), "{warped}");
+    }
+    // One in three is whole again.
+    assert_eq!((psnr(&warped, 3), number(&warped, 3, "rendered_frac")), (f64::INFINITY, Some(1.0)));
+    // Where every hole is rendered nothing is filled in.
+    let strict = of(&["warped", "--set", "pixels.period=3", "--set", "pixels.holes=0"]);
+    assert_eq!(number(&strict, 2, "filled_in_frac"), Some(0.0));
+    assert!(psnr(&strict, 2) > psnr(&warped, 2), "{strict} {warped}");
+    // The more Gaussians are asked for, the fewer pixels are known, and the better they are.
+    let [few, many] = ["2", "12"].map(|ids| of(&["cached", "--set", &format!("pixels.ids={ids}")]));
+    assert!(number(&many, 1, "rendered_frac") > number(&few, 1, "rendered_frac"));
+    assert!(psnr(&many, 1) > psnr(&few, 1), "{few} {many}");
+    // What a machine does with a path is what a replay of it says; of one frame it is refused.
+    let extract = ["extract", "s.ply", "--cameras", "path.json", "--frames", "0..4", "-q"];
+    run(&[&extract[..], &["-o", "path.bin"]].concat());
+    let replay = ["replay", "path.bin", "--arch", "ls-gaussian", "--json", "-q"];
+    let found = json(folder, &replay);
+    let shares: Vec<f64> = (0..4)
+        .map(|frame| found["frames"][frame]["pixels"]["rendered_frac"].as_f64().expect("a share"))
+        .collect();
+    assert!(shares[0] == 1.0 && shares[1..].iter().all(|share| *share < 1.0), "{shares:?}");
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let done = program(folder, arguments).assert().code(2);
+        let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    };
+    refused(&[&replay[..], &["--frames", "0..1"]].concat(), &["pixels.period", "--path-frames"]);
+    let pixels = |more: &[&str], word: &str| {
+        refused(&[&views[..], &["-o", "v/", "--pixels"], more].concat(), &[word]);
+    };
+    pixels(&["all"], "leave --pixels out");
+    pixels(&["sampled"], "samples are no picture");
+    pixels(&["warped", "--order", "last"], "cannot be used with");
+    pixels(&["warped", "--arch", "nebula"], "stereo.impl");
+}

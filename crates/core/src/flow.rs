@@ -184,8 +184,8 @@ pub trait Dataflow: Sync {
     /// Whether a trace of so many frames shows what a machine does.
     ///
     /// # Errors
-    /// [`Incompatible`]: too few.
-    fn goes_over(&self, _machine: &Machine, _frames: usize) -> Result<(), Incompatible> {
+    /// Why so few do not, and what to do.
+    fn goes_over(&self, _machine: &Machine, _frames: usize) -> Result<(), String> {
         Ok(())
     }
 

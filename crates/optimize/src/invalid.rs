@@ -71,8 +71,8 @@ pub enum Invalid {
     NoFovea(String),
     /// A machine whose frames are steps of training.
     #[error(
-        "the machine {0} trains: a frame of it is a step of training, and no picture that is shown; \
-         take another one (gscore), and name this one with --train-on"
+        "the machine {0} trains: a frame of it is a step of training, and no picture that is \
+         shown; take another one (gscore), and name this one with --train-on"
     )]
     Trains(String),
     /// A machine that shows nothing in a frame that stands alone.

@@ -264,7 +264,7 @@ impl PowerOracle for CycleOracle {
             return Err(Invalid::Trains(machine.name.clone()));
         }
         // Frames are simulated one by one.
-        machine.flow().goes_over(machine, 1).map_err(|why| Invalid::Alone(why.to_string()))?;
+        machine.flow().goes_over(machine, 1).map_err(Invalid::Alone)?;
         if machine.flow().runs_any_frame() {
             return Ok(());
         }

@@ -266,8 +266,8 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.paragraph(dram(run, record));
     if record.mean(Key::StepReverse).is_some() {
         page.paragraph(
-            "A frame is a step of training here: its picture, the loss, the lists in reverse, gradients \
-             by parameters and the update. Frame rates are steps a second.",
+            "A frame is a step of training here: its picture, the loss, the lists in reverse, \
+             gradients by parameters and the update. Frame rates are steps a second.",
         );
     }
     if let Some(rendered) = record.mean(Key::PixelsRendered) {

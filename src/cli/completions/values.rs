@@ -52,7 +52,7 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
         ("compare", "workloads") => list(compare::workload_names),
         ("render", "order") => list(|| values_of("gsu.impl")),
-        ("render", "pixels") => list(|| values_of("pixels.source")),
+        ("render", "pixels") => list(|| values_of("pixels.impl")),
         (_, "energy") => names(ENERGY.to_vec(), &["toml", "yaml", "yml"]),
         ("synth", "preset") => names(SYNTH.to_vec(), &["toml"]),
         (_, "display" | "preset") => names(DISPLAYS.to_vec(), &["toml"]),

@@ -43,8 +43,8 @@ pub fn trainer(arch: &str) -> Result<System, Failure> {
         return Ok(machine);
     }
     let what = format!(
-        "--train-on {arch}: it renders and does not train; take a GPU (orin-nx), `vorion-train`, or \
-         a machine with `training.interval`"
+        "--train-on {arch}: it renders and does not train; take a GPU (orin-nx), `vorion-train`, \
+         or a machine with `training.interval`"
     );
     Err(Failure::new(Exit::Usage, what))
 }

@@ -28,7 +28,7 @@ pub struct MachineViewArgs {
     /// shared, none), and compare with the exact picture; views are frames one after the other
     #[arg(long, value_name = "IMPL", group = "made_by", help_heading = "As a machine shows it")]
     pub order: Option<String>,
-    /// Show the pixels that a machine has with `pixels.source` = SOURCE (warped, cached), and
+    /// Show the pixels that a machine has with `pixels.impl` = SOURCE (warped, cached), and
     /// compare with the exact picture; views are frames one after the other
     #[arg(long, value_name = "SOURCE", group = "made_by", help_heading = "As a machine shows it")]
     pub pixels: Option<String>,
@@ -105,7 +105,7 @@ impl MachineViewArgs {
                     _ => {}
                 }
             }
-            (None, Some(source)) => more(&[&format!("pixels.source={source}")]),
+            (None, Some(source)) => more(&[&format!("pixels.impl={source}")]),
         }
         if self.weight_power.is_some_and(|power| !(0.0..=1000.0).contains(&power)) {
             let what = "--weight-power must be from 0 to 1000";
@@ -215,7 +215,7 @@ impl MachineRender {
         let weights = self.power.filter(|_| !gsu.sorts());
         let (key, value, names) = match &self.shown {
             None => ("gsu.impl", gsu.implementation.name(), ["out of order", "missing"]),
-            Some(_) => ("pixels.source", pixels.source.name(), ["rendered", "filled in"]),
+            Some(_) => ("pixels.impl", pixels.source.name(), ["rendered", "filled in"]),
         };
         let machine = &self.machine.name;
         if context.global.json {

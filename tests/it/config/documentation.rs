@@ -57,8 +57,14 @@ fn the_readme_documents_every_machine_key_with_its_value() {
         let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));
         let value = value.map_or("not there".to_owned(), |value| format!("`{value}`"));
         assert!(row.contains(&format!("| {value} |")), "{row}: {} has {value}", example.name);
-        let buffers =
-            ["buffers.", "binning.pointers.", "binning.combining.", "stores.", "stereo.buffer."];
+        let buffers = [
+            "buffers.",
+            "binning.pointers.",
+            "binning.combining.",
+            "stores.",
+            "stereo.buffer.",
+            "pixels.buffer.",
+        ];
         let buffer = buffers.iter().any(|table| doc.path.starts_with(table));
         let first = doc.definition.split(" `").next().unwrap_or("");
         assert!(buffer || row.contains(first.trim()), "{row}\nsays not: {}", doc.definition);

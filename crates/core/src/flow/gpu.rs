@@ -422,8 +422,8 @@ impl KernelMaker<'_> {
         });
     }
 
-    /// Kernels behind a frame that is trained on; `place` is where the scene, the lists and the image
-    /// begin, and what is behind it. Returns where everything ends.
+    /// Kernels behind a frame that is trained on; `place` is where the scene, the lists and the
+    /// image begin, and what is behind it. Returns where everything ends.
     fn train(
         &mut self,
         workload: &FrameWorkload,
@@ -435,7 +435,7 @@ impl KernelMaker<'_> {
         let (points, [_, seen]) = (workload.counters.points, warps.gaussians);
         let pixels = u64::from(workload.width) * u64::from(workload.height);
         let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
-        // Behind the image lie gradients by pixels, then by Gaussians, then by parameters, and moments.
+        // Behind the image lie gradients by pixels, by Gaussians and by parameters, and moments.
         let c = &m.convert;
         let stored = c.position.0 + c.shape.0 + c.colour.0 * workload.sh_degree.coefficients() / 16;
         let gaussians = end + pixels * t.loss_bytes.0;

@@ -182,7 +182,7 @@ impl Dataflow for TileWiseFlow {
         accounts::fits(workload(task)?, task)
     }
 
-    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), Incompatible> {
+    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
         pixels::goes_over(machine, frames)
     }
 

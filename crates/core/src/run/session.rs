@@ -299,9 +299,11 @@ impl<'a> Session<'a> {
         let parts = self.parts(subjects)?;
         let (range, eyes) = (self.frames.range(), self.frames.eyes());
         for machine in subjects.iter().filter_map(Subject::machine) {
-            machine.flow().goes_over(machine, range.len() / eyes).map_err(|reason| {
-                RunError::Incompatible { frame: self.frames.name().to_owned(), reason }
-            })?;
+            let frames = range.len() / eyes;
+            machine
+                .flow()
+                .goes_over(machine, frames)
+                .map_err(|why| RunError::Request(format!("{}: {why}", self.frames.name())))?;
         }
         self.watch.begins((range.len() * parts.len()) as u64, self.steps(subjects));
         let mut states: Vec<(usize, S)> = Vec::with_capacity(subjects.len());

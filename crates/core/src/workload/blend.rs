@@ -43,8 +43,8 @@ impl<'a> TileBlend<'a> {
         self.blend_and(at, rank, |_, _| {});
     }
 
-    /// As [`TileBlend::blend`], and calls `seen` with each pixel that blends and what is left of the
-    /// light behind.
+    /// As [`TileBlend::blend`], and calls `seen` with each pixel that blends and what is left of
+    /// the light behind.
     pub fn blend_and(&mut self, at: u32, rank: u32, mut seen: impl FnMut(usize, f32)) {
         let splat = &self.splats[rank as usize];
         let (alpha, (x0, y0, x1, _)) = (PixelAlpha::of(splat), self.area);

@@ -384,7 +384,7 @@ fn what_cannot_be_shown_is_refused() {
     });
     refused(&few, &["20 tiles", "40 B", "pixels.buffer.capacity"]);
     let one = machine(PixelSource::Warped, |_| {});
-    let error = one.flow().goes_over(&one, 1).expect_err("one frame").to_string();
+    let error = one.flow().goes_over(&one, 1).expect_err("one frame");
     assert!(error.contains("--path-frames") && error.contains("pixels.period"), "{error}");
     assert!(one.flow().goes_over(&one, 2).is_ok());
 }

@@ -50,6 +50,7 @@ fn terminal_summary() {
         qsu x8          5        -    14      -         -        -      2      20     -
         bsu x4         22        -     2      -         -        -     11      30     -
         vru x64        61        -     -      -         8        -      4      <1     -
+        pxu x1          3        -     -      -         1        -      -       1     -
         colour x4       2        -     -      -         -        -      -       -     -
 
         % of cycles  idle
@@ -57,6 +58,7 @@ fn terminal_summary() {
         qsu x8         59
         bsu x4         35
         vru x64        27
+        pxu x1         95
         colour x4      98
 
         DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes

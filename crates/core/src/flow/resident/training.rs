@@ -1,12 +1,12 @@
 //! Training on resident pixels (`training`; A145): what follows a frame.
 //!
-//! Parts follow each other, each when the one before has ended. **Loss**: units of the front compare
-//! the picture with a photo, region by region. **Reverse**: each engine takes the lists of its
-//! regions again, from the back: `training.interval` times the steps of before, because lanes share
-//! their pixels between transmittance and gradients; nothing stops. What its lanes have added up for
-//! an entry is written. **Chain**: units of the front put the parts of a Gaussian together, and find
-//! gradients by its parameters. **Update**: they take values, gradients and moments through the
-//! memory. Regions and Gaussians are dealt round.
+//! Parts follow each other, each when the one before has ended. **Loss**: units of the front
+//! compare the picture with a photo, region by region. **Reverse**: each engine takes the lists of
+//! its regions again, from the back: `training.interval` times the steps of before, because lanes
+//! share their pixels between transmittance and gradients; nothing stops. What its lanes have added
+//! up for an entry is written. **Chain**: units of the front put the parts of a Gaussian together,
+//! and find gradients by its parameters. **Update**: they take values, gradients and moments
+//! through the memory. Regions and Gaussians are dealt round.
 
 use super::stages::{FRONT, RASTER, WAITS_FEATURES, WAITS_RECORDS};
 use super::work::ResidentFrame;

@@ -1,5 +1,5 @@
-//! The lists of a frame in the order in which a machine blends them, and where its pixels come from:
-//! for pictures of it.
+//! The lists of a frame in the order in which a machine blends them, and where its pixels come
+//! from: for pictures of it.
 
 use rayon::prelude::*;
 

@@ -259,12 +259,12 @@ fn pixels(m: &TileWise, found: &mut Found) {
     }
     let mut excludes = |key: &'static str, value: String, remedy: &str, set: String| {
         let message = format!(
-            "`pixels.source` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
-             or `pixels.source` = \"all\"",
+            "`pixels.impl` = \"{}\" contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
+             or `pixels.impl` = \"all\"",
             p.source.name()
         );
-        found.add("pixels.source", message);
-        found.ends_with("pixels.source", "all");
+        found.add("pixels.impl", message);
+        found.ends_with("pixels.impl", "all");
     };
     let quoted = |name: &str| format!("\"{name}\"");
     if m.fovea.accumulators > 0 {
@@ -298,8 +298,8 @@ fn pixels(m: &TileWise, found: &mut Found) {
         found.ends_with("pixels.region", p.region.next_multiple_of(g.tile));
     }
     if p.source == PixelSource::Warped && p.period == 0 {
-        let message = "`pixels.period` = 0: the first frame is rendered whole; 1 renders all, 5 one \
-                       in five";
+        let message = "`pixels.period` = 0: the first frame is rendered whole; 1 renders all, 5 \
+                       one in five";
         found.add("pixels.period", message.to_owned());
         found.ends_with("pixels.period", 5);
     }

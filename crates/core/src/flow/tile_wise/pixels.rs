@@ -1,4 +1,4 @@
-//! Where pixels come from (`pixels.source`; A141, A142, A143): not all of a frame need be rendered.
+//! Where pixels come from (`pixels.impl`; A141, A142, A143): not all of a frame need be rendered.
 //!
 //! - **Warped.** One frame in `period` is rendered whole. Of the others every pixel that was shown
 //!   is moved to where its depth says that it is now, nearest first. A tile of which more than
@@ -65,9 +65,9 @@ pub const PIXELS: StageDecl = StageDecl {
     also_waits: &["features"],
     omits: &[
         omit("a depth for each pixel, which rendering units find", Bias::Optimistic, "A141")
-            .by("pixels.source = \"warped\"", |m| is(m, PixelSource::Warped)),
+            .by("pixels.impl = \"warped\"", |m| is(m, PixelSource::Warped)),
         omit("regions whose cache is not there when their first tile is", Bias::Optimistic, "A142")
-            .by("pixels.source = \"cached\"", |m| is(m, PixelSource::Cached)),
+            .by("pixels.impl = \"cached\"", |m| is(m, PixelSource::Cached)),
     ],
     behind: &["A141", "A142"],
     ..StageDecl::new(
@@ -362,20 +362,17 @@ impl SourceFrame<'_> {
 ///
 /// # Errors
 /// Pixels that are moved from frame to frame, and one frame only.
-pub(super) fn goes_over(machine: &Machine, frames: usize) -> Result<(), Incompatible> {
+pub(super) fn goes_over(machine: &Machine, frames: usize) -> Result<(), String> {
     let spec = &machine.tiles().pixels;
     if spec.source != PixelSource::Warped || spec.period <= 1 || frames > 1 {
         return Ok(());
     }
-    Err(Incompatible::Other {
-        machine: machine.name.clone(),
-        why: format!(
-            "one frame in {} is rendered whole (`pixels.period`), and there is one frame only: \
-             extract frames of a path (--path-frames 900 --frames 0..10), or set `pixels.source` = \
-             \"all\"",
-            spec.period
-        ),
-    })
+    Err(format!(
+        "machine `{}` renders one frame in {} whole (`pixels.period`), and there is one frame \
+         only: extract frames of a path (--path-frames 900 --frames 0..10), or set `pixels.impl` = \
+         \"all\"",
+        machine.name, spec.period
+    ))
 }
 
 /// Whether a machine can show a frame of this size.

@@ -1068,13 +1068,14 @@ impl StereoImpl {
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct PixelsSpec {
     /// Where pixels come from.
+    #[serde(rename = "impl")]
     pub source: PixelSource,
     /// One frame in so many is rendered whole; with `sampled` 0 for none.
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "frames"))]
     pub period: u32,
     /// Largest share of a tile that may be missing where its pixels are moved: above it is rendered
     /// anew.
-    #[schemars(range(min = 0, max = 1))]
+    #[schemars(range(min = 0, max = 1), extend("x-unit" = "fraction"))]
     pub holes: f64,
     /// Depth of a pixel that is kept beside its colour.
     pub depth: Bytes,

@@ -79,7 +79,8 @@ pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bo
         && !shared.observer.watches()
 }
 
-/// Preprocesses the frame from cycle `begins` on, or takes over the results of a machine that preprocesses alike.
+/// Preprocesses the frame from cycle `begins` on, or takes over the results of a machine that
+/// preprocesses alike.
 pub(super) fn preprocess<'a, O: Observer>(
     agents: &mut Agents<'a>,
     shared: &mut Shared<'a, O>,
