@@ -220,11 +220,9 @@ impl Dataflow for TileWiseFlow {
             false => None,
         };
         let made = kept.as_ref().and_then(|kept| kept.made.as_deref());
-        if let Some(some) = SomePixels::of(machine, made.unwrap_or(workload), eye, history, false) {
-            return Some(Box::new((kept, some)));
-        }
-        if let Some(kept) = kept {
-            return Some(Box::new(kept));
+        let pixels = SomePixels::of(machine, made.unwrap_or(workload), eye, history, false);
+        if kept.is_some() || pixels.is_some() {
+            return Some(Box::new(TakenOver { kept, pixels }));
         }
         let reuse = measures::reuse(workload, eye, machine.tiles().gsu.period(), history)?;
         Some(Box::new(reuse))
@@ -392,13 +390,8 @@ fn run(
     if let Some(pair) = task.before.and_then(|before| before.downcast_ref::<EyeWork>()) {
         return pair_frame(task, workload, pair, observer);
     }
-    if let Some(kept) = task.before.and_then(|before| before.downcast_ref::<KeptOrder>()) {
-        return kept_frame(task, workload, (Some(kept), None), observer);
-    }
-    let some =
-        task.before.and_then(|before| before.downcast_ref::<(Option<KeptOrder>, SomePixels)>());
-    if let Some((kept, some)) = some {
-        return kept_frame(task, workload, (kept.as_ref(), Some(some)), observer);
+    if let Some(taken) = task.before.and_then(|before| before.downcast_ref::<TakenOver>()) {
+        return taken_frame(task, workload, taken, observer);
     }
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
     let reuse = reuse.map(|reuse| reuse.lists.as_slice());
@@ -422,26 +415,33 @@ fn run_in(
     Ok(outcome)
 }
 
+/// What a frame takes over whose lists, or some of whose pixels, come from frames before.
+struct TakenOver {
+    kept: Option<KeptOrder>,
+    pixels: Option<SomePixels>,
+}
+
 /// A frame that goes through lists of frames before, or leaves its own, or of which not all pixels
 /// are rendered.
-fn kept_frame(
+fn taken_frame(
     task: &FrameTask<'_>,
     workload: &FrameWorkload,
-    (kept, some): (Option<&KeptOrder>, Option<&SomePixels>),
+    TakenOver { kept, pixels }: &TakenOver,
     observer: &mut impl Observer,
 ) -> Result<FlowOutcome, SimError> {
     // What others share is of the frame's own lists.
     let own = Memo::default();
-    let made = some.and_then(|some| some.made.as_deref());
+    let (kept, pixels) = (kept.as_ref(), pixels.as_ref());
+    let made = pixels.and_then(|pixels| pixels.made.as_deref());
     let made = made.or_else(|| kept.and_then(|kept| kept.made.as_deref()));
     let (workload, memo) = made.map_or((workload, task.memo), |made| (made, &own));
     let table = kept.map(|kept| &kept.lists);
-    let context = FrameContext { table, pixels: some, ..FrameContext::default() };
+    let context = FrameContext { table, pixels, ..FrameContext::default() };
     let mut outcome = run_in(&FrameTask { memo, ..*task }, workload, context, observer)?;
     if let Some(kept) = kept {
         outcome.lists = kept.summary.map(ListOrder::Reused);
     }
-    outcome.pixels = some.map(|some| some.summary);
+    outcome.pixels = pixels.map(|pixels| pixels.summary);
     Ok(outcome)
 }
 

@@ -30,7 +30,7 @@ use powergs_frame::scene::Eye;
 use rayon::prelude::*;
 
 use crate::kernel::stream::{reads, writes};
-use cache::RadianceCaches;
+use cache::{KnownTile, RadianceCaches};
 pub use warp::{Shown, ShownPixel, Warp};
 
 /// What the unit declares.
@@ -315,7 +315,7 @@ impl SourceFrame<'_> {
             found.actions.charge(Phase::Rendering, LOOK_UP, region.lookups);
             found.actions.charge(Phase::Rendering, sram_read(KNOWN), read);
             found.actions.charge(Phase::Rendering, sram_write(KNOWN), bytes(misses + held));
-            for (tile, list, known) in region.tiles {
+            for KnownTile { tile, list, known } in region.tiles {
                 if self.one_by_one {
                     for (place, known) in self.places(tile).zip(known) {
                         let known = known.map(|[frame, pixel]| PixelOrigin::Known { frame, pixel });

@@ -33,8 +33,16 @@ struct RadianceEntry {
 pub(super) struct RegionFrame {
     pub lookups: u64,
     pub hits: u64,
-    /// Its tiles, with what they go through, and the frame and pixel that each pixel is known from.
-    pub tiles: Vec<(usize, TileList, Vec<Option<[u32; 2]>>)>,
+    pub tiles: Vec<KnownTile>,
+}
+
+/// A tile of a region.
+pub(super) struct KnownTile {
+    pub tile: usize,
+    /// What it goes through.
+    pub list: TileList,
+    /// The frame and pixel that each of its pixels is known from.
+    pub known: Vec<Option<[u32; 2]>>,
 }
 
 impl RadianceCaches {
@@ -84,7 +92,7 @@ impl RadianceCaches {
                     set.insert(0, known.unwrap_or(RadianceEntry { key, from: [frame, pixel] }));
                     known.map(|known| known.from)
                 });
-                found.tiles.push((tile, list, known));
+                found.tiles.push(KnownTile { tile, list, known });
             }
             found
         };
