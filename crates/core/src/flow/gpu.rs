@@ -494,11 +494,10 @@ impl KernelMaker<'_> {
             ([scene, parameters], both),
         );
 
-        let updated = match t.update {
-            Updated::All => points,
-            Updated::Visible => seen,
-            Updated::None => return behind,
-        };
+        let updated = t.update.of(points, seen);
+        if updated == 0 {
+            return behind;
+        }
         let accesses = u64::from(t.accesses);
         // One access more reads than writes: gradients come in alone.
         let both = [accesses.div_ceil(2), accesses / 2].map(|n| updated * stored * n);

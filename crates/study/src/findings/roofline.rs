@@ -107,7 +107,9 @@ impl Roofline {
             let Some(cycle) = frame.cycle() else { return Vec::new() };
             let (timing, clock) = (&cycle.timing, cycle.clock.0);
             let colour = flops::colour_share(frame.colour_degree());
-            first += timing.preprocessing_end as f64 / clock;
+            // Gradients by parameters and the update are of the first phase, and come last.
+            let late = cycle.step.map_or(0, |step| step.chain + step.update);
+            first += (timing.preprocessing_end + late) as f64 / clock;
             all += timing.frame as f64 / clock;
             for (part, cycles) in
                 KernelPart::ALL.iter().zip(cycle.kernels.iter().flat_map(|k| k.parts))

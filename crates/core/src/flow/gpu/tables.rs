@@ -334,6 +334,17 @@ pub enum Updated {
     None,
 }
 
+impl Updated {
+    /// How many of all Gaussians, of which some are visible.
+    pub fn of(self, all: u64, visible: u64) -> u64 {
+        match self {
+            Updated::All => all,
+            Updated::Visible => visible,
+            Updated::None => 0,
+        }
+    }
+}
+
 impl TrainSpec {
     /// Cycles in which a cache of so many bytes a cycle makes so many additions.
     pub fn adding(&self, additions: u64, bytes_per_cycle: u32) -> u64 {

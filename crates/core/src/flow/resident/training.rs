@@ -8,15 +8,17 @@
 //! and find gradients by its parameters. **Update**: they take values, gradients and moments
 //! through the memory. Regions and Gaussians are dealt round.
 
-use super::stages::{FRONT, RASTER, WAITS_FEATURES, WAITS_RECORDS};
+use super::stages::{
+    FRONT, GAUSSIANS, PIXELS, RASTER, RECORDS, RESULTS, WAITS_FEATURES, WAITS_RECORDS,
+};
 use super::work::ResidentFrame;
-use super::{Engine, FrontUnit, Layout, Place, Resident, STREAMS, Updated};
+use super::{Engine, FrontUnit, Layout, Place, Resident, STREAMS};
 use crate::kernel::blocks::{BlockStream, BlockUnit, MovedBlock};
 use crate::kernel::memory::Memory;
 use crate::kernel::stream::StreamId;
 use crate::kernel::timeline::Observer;
 use crate::kernel::{self, drive};
-use crate::stage::{DRAM_READ, DRAM_WRITE, work_id};
+use crate::stage::{DRAM_READ, DRAM_WRITE, sram_read, sram_write, work_id};
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
 
 /// Blocks of Gaussians of which a unit takes one after the other.
@@ -70,6 +72,8 @@ pub struct Step {
     /// Operations of units of the front, and pixels that lanes go through in reverse.
     operations: [u64; StepPart::ALL.len()],
     pixels: u64,
+    /// Bytes of a pixel while it is worked on.
+    pixel_state: u64,
 }
 
 /// When the parts of a step ended.
@@ -83,9 +87,7 @@ impl Step {
             return None;
         }
         let (fronts, engines) = (m.front.units as usize, m.raster.engines as usize);
-        let mut parts = [vec![Vec::new(); fronts], vec![Vec::new(); engines], vec![], vec![]];
-        parts[2] = vec![Vec::new(); fronts];
-        parts[3] = vec![Vec::new(); fronts];
+        let mut parts = [fronts, engines, fronts, fronts].map(|units| vec![Vec::new(); units]);
         let (g, mut pixels) = (&m.gaussian, 0);
         for (i, region) in frame.regions.iter().enumerate() {
             let n = u64::from(region.pixels);
@@ -122,11 +124,7 @@ impl Step {
                 write: (end - first) * stored,
             });
         }
-        let updated = match t.update {
-            Updated::All => frame.counters.points,
-            Updated::Visible => splats,
-            Updated::None => 0,
-        };
+        let updated = t.update.of(frame.counters.points, splats);
         let accesses = u64::from(t.accesses);
         for (i, first) in (0..updated).step_by(BATCH as usize).enumerate() {
             let bytes = BATCH.min(updated - first) * stored;
@@ -139,7 +137,8 @@ impl Step {
         let rate = u64::from(m.front.operations_per_cycle);
         let sum = |part: &Vec<Vec<MovedBlock>>| part.iter().flatten().map(|b| b.items).sum::<u64>();
         let operations = [sum(&parts[0]), 0, sum(&parts[2]), sum(&parts[3])];
-        Some(Step { parts, rates: [rate, 1, rate, rate], operations, pixels })
+        let pixel_state = m.raster.pixel_state.0;
+        Some(Step { parts, rates: [rate, 1, rate, rate], operations, pixels, pixel_state })
     }
 
     /// Takes it through a machine from cycle `begins` on; returns when its parts ended.
@@ -204,8 +203,20 @@ impl Step {
             all.charge(part.phase(), DRAM_READ, read);
             all.charge(part.phase(), DRAM_WRITE, write);
             all.charge(part.phase(), OPERATION, self.operations[part as usize]);
+            // What comes from memory and goes there passes through the buffers of its units.
+            let (input, output) = match part {
+                StepPart::Reverse => (GAUSSIANS, RESULTS),
+                _ => (RECORDS, RESULTS),
+            };
+            for (buffer, bytes) in [(input, read), (output, write)] {
+                all.charge(part.phase(), sram_write(buffer), bytes);
+                all.charge(part.phase(), sram_read(buffer), bytes);
+            }
         }
         all.charge(Phase::Rendering, GRADIENT, self.pixels);
+        // Lanes read a pixel and write it back, as in the frame.
+        all.charge(Phase::Rendering, sram_read(PIXELS), self.pixels * self.pixel_state);
+        all.charge(Phase::Rendering, sram_write(PIXELS), self.pixels * self.pixel_state);
     }
 
     /// Bytes that a part reads and writes.
