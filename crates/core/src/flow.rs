@@ -38,6 +38,7 @@ pub mod gpu;
 mod outcome;
 pub mod recorded;
 pub mod resident;
+pub mod steps;
 pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};

@@ -484,9 +484,12 @@ impl KernelMaker<'_> {
         });
 
         let [_, _, shaded] = warps.converting;
-        let read = seen * (stored + t.record.0);
-        let written = points * t.zeroed.0 + seen * stored;
-        let both = [read, written];
+        // What is by the pose needs no colours, and is a few numbers.
+        let (read, written) = match t.update {
+            Updated::Pose => (c.position.0 + c.shape.0, 0),
+            Updated::All | Updated::Visible | Updated::None => (stored, stored),
+        };
+        let both = [seen * (read + t.record.0), points * t.zeroed.0 + seen * written];
         self.even(
             KernelPart::Chain,
             shaded * u64::from(t.chain),

@@ -1,5 +1,6 @@
 //! What comes out of a frame on a machine of any dataflow, before prices.
 
+use super::steps::StepEnds;
 use crate::kernel::FrameTiming;
 use crate::kernel::traffic::Traffic;
 use crate::workload::FrameWorkload;
@@ -150,6 +151,17 @@ pub struct StepSummary {
 }
 
 impl StepSummary {
+    /// Of the parts behind a frame that ended when they did.
+    pub fn between(frame: u64, ends: StepEnds) -> StepSummary {
+        let [loss, reverse, chain, update] = ends;
+        StepSummary {
+            loss: loss - frame,
+            reverse: reverse - loss,
+            chain: chain - reverse,
+            update: update - chain,
+        }
+    }
+
     /// All of them.
     pub fn cycles(&self) -> u64 {
         self.loss + self.reverse + self.chain + self.update

@@ -50,6 +50,7 @@ use powergs_frame::trace::Frame;
 
 pub use tables::*;
 
+use crate::flow::steps::StepPart;
 use engine::{Engine, EngineCounts};
 use front::FrontUnit;
 use layout::{Layout, Place};
@@ -439,14 +440,8 @@ fn through<O: Observer>(
             engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
             let RegionShared { memory, observer, .. } = &mut shared;
             let ends = step.run(end, &mut front, &mut engines, memory, *observer);
-            let [loss, reverse, chain, update] = ends;
-            after = Some(StepSummary {
-                loss: loss - end,
-                reverse: reverse - loss,
-                chain: chain - reverse,
-                update: update - chain,
-            });
-            update
+            after = Some(StepSummary::between(end, ends));
+            ends[StepPart::Update as usize]
         }
     };
     shared.memory.close(end);

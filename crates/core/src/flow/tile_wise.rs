@@ -12,6 +12,7 @@ pub mod cache;
 pub mod ccu;
 mod check;
 pub mod colour;
+pub mod gradients;
 pub mod kept_order;
 pub mod lanes;
 pub mod layout;
@@ -37,7 +38,8 @@ use std::sync::Arc;
 
 use super::{
     CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
-    History, Incompatible, ListOrder, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
+    History, Incompatible, ListOrder, RecordKeys, RegionWork, SimError, StepSummary, TablesDecl,
+    Work, WorkKey,
 };
 use crate::kernel::calibration::{CalibrationRecorder, Reference};
 use crate::kernel::stream::Streams;
@@ -64,6 +66,7 @@ pub use resolved::ResolvedUnits;
 pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
 pub use tables::*;
 
+use gradients::{FrameSums, GradientWork, SumKey};
 use kept_order::{KeptOrder, TableUse};
 use measures::CacheKey;
 use pixels::SomePixels;
@@ -75,7 +78,7 @@ use vru::{ALPHA, STOPPED_PIXEL};
 const KEY: &str = "tile-wise";
 
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 11] = [
+pub const STAGES: [&StageDecl; 12] = [
     &ccu::CCU,
     &qsu::QSU,
     &bsu::BSU,
@@ -83,6 +86,7 @@ pub const STAGES: [&StageDecl; 11] = [
     &vru::FRONTS,
     &stereo::STEREO,
     &pixels::PIXELS,
+    &gradients::GRADIENTS,
     &cache::CACHE,
     &lists::LISTS,
     &colour::CODEBOOK,
@@ -186,6 +190,10 @@ impl Dataflow for TileWiseFlow {
         pixels::goes_over(machine, frames)
     }
 
+    fn trains(&self, machine: &Machine) -> bool {
+        machine.tiles().training.interval > 0
+    }
+
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
         let (gsu, stereo) = (&machine.tiles().gsu, &machine.tiles().stereo);
         let (period, pixels) = (gsu.period(), machine.tiles().pixel_numbers());
@@ -264,6 +272,9 @@ pub struct FrameContext<'a> {
     pub runs: Option<&'a [ChunkRun]>,
     /// What of the frame is rendered, where that is not all.
     pub pixels: Option<&'a SomePixels>,
+    /// Sums of the gradients of the frame, where it is trained on; [`replay`] and its kin measure
+    /// them themselves.
+    pub sums: Option<&'a FrameSums>,
     /// Whether it is the second eye of a pair, whose lists come from the first one on chip.
     pub derived: bool,
     /// What the `calibrated` model of the memory knows of the frame; [`replay`] and its kin measure
@@ -299,6 +310,10 @@ pub struct FrameReplay {
     pub unwritten: u64,
     /// α evaluations of pixels that have not stopped, of the entries that units look at there.
     pub live_evaluations: u64,
+    /// What follows the frame, where it is trained on.
+    pub step: Option<StepSummary>,
+    /// α that are evaluated again for it.
+    pub evaluated_again: u64,
     /// The regions of a foveated frame.
     pub regions: Option<[RegionWork; LEVELS]>,
     /// How a unit rule from outside of the crate broke its contract. The rest then means nothing;
@@ -334,7 +349,9 @@ pub fn replay_with(
     let mut units = ResolvedUnits::for_frame(machine, workload);
     let lists = machine.tiles().list_shape().filter(|_| !context.derived);
     let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
-    let context = FrameContext { lists: lists.as_deref(), ..context };
+    let sums =
+        SumKey::of(machine.tiles()).map(|key| memo.get(key, |k| FrameSums::new(workload, k)));
+    let context = FrameContext { lists: lists.as_deref(), sums: sums.as_deref(), ..context };
     let calibration = calibration(workload, machine, &context, memo);
     if let Some(calibration) = &calibration {
         units.dram = calibration.dram();
@@ -356,6 +373,9 @@ pub fn replay_with(
     };
     FrameReplay {
         live_evaluations: live,
+        step: outcome.step,
+        evaluated_again: GradientWork::new(workload, &units, &context)
+            .map_or(0, |work| work.again()),
         timing: outcome.timing,
         actions,
         speculation: outcome.speculation,
@@ -471,7 +491,8 @@ fn outcome_of(
     };
     Ok(FlowOutcome {
         timing: replay.timing,
-        executed_evaluations: replay.actions.total(ALPHA) + replay.actions.total(STOPPED_PIXEL),
+        executed_evaluations: replay.actions.total(ALPHA) + replay.actions.total(STOPPED_PIXEL)
+            - replay.evaluated_again,
         live_evaluations: replay.live_evaluations,
         actions: replay.actions,
         served: replay.served,
@@ -481,7 +502,7 @@ fn outcome_of(
         stereo: None,
         kernels: None,
         pixels: None,
-        step: None,
+        step: replay.step,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),

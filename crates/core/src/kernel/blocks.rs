@@ -42,11 +42,20 @@ pub struct BlockUnit {
 /// Blocks that are read ahead of the one at work, and written behind it (A141).
 pub const AHEAD: usize = 4;
 
+/// What a unit asks for: this block, read (0) or written (1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlockMove {
+    /// Which one.
+    pub block: usize,
+    /// Which way.
+    pub way: usize,
+}
+
 /// Blocks on their way.
 #[derive(Debug)]
-pub struct BlockStream<'a> {
+pub struct BlockStream {
     unit: BlockUnit,
-    blocks: &'a [MovedBlock],
+    blocks: Vec<MovedBlock>,
     /// What it did when.
     pub account: Account,
     /// Blocks that were asked for.
@@ -63,12 +72,12 @@ pub struct BlockStream<'a> {
     pub end: u64,
 }
 
-impl<'a> BlockStream<'a> {
+impl BlockStream {
     /// Before its first block.
-    pub fn new(unit: BlockUnit, blocks: &'a [MovedBlock]) -> BlockStream<'a> {
+    pub fn new(unit: BlockUnit, blocks: &[MovedBlock]) -> BlockStream {
         BlockStream {
             unit,
-            blocks,
+            blocks: blocks.to_vec(),
             account: Account::new(unit.stage, 0),
             asked: 0,
             moved: [0; 2],
@@ -83,11 +92,21 @@ impl<'a> BlockStream<'a> {
     /// As [`BlockStream::new`], of a unit with this account, from cycle `begins` on.
     pub fn resumed(
         unit: BlockUnit,
-        blocks: &'a [MovedBlock],
+        blocks: &[MovedBlock],
         account: Account,
         begins: u64,
-    ) -> BlockStream<'a> {
+    ) -> BlockStream {
         BlockStream { account, end: begins, ..BlockStream::new(unit, blocks) }
+    }
+
+    /// One more block, behind all others.
+    pub fn push(&mut self, block: MovedBlock) {
+        self.blocks.push(block);
+    }
+
+    /// Blocks that are not done.
+    pub fn left(&self) -> usize {
+        self.blocks.len() - self.done
     }
 
     /// Bytes that the blocks read and write.
@@ -100,7 +119,7 @@ impl<'a> BlockStream<'a> {
         &mut self,
         now: u64,
         memory: &mut Memory<'_, L>,
-        span: impl Fn(AddressRange) -> L::Pattern,
+        span: impl Fn(BlockMove, AddressRange) -> L::Pattern,
         observer: &mut impl Observer,
     ) -> u64 {
         self.account.up_to(now, observer);
@@ -115,16 +134,18 @@ impl<'a> BlockStream<'a> {
             self.done += 1;
             self.end = now;
             if bytes > 0 {
-                let write = self.ask(now, 1, bytes, memory, &span, observer);
+                let ask = BlockMove { block: self.done - 1, way: 1 };
+                let write = self.ask(now, ask, bytes, memory, &span, observer);
                 self.writing.push_back(write);
             }
         }
         while self.asked < self.blocks.len() && self.asked <= self.done + AHEAD {
             let bytes = self.blocks[self.asked].read;
+            let ask = BlockMove { block: self.asked, way: 0 };
             self.asked += 1;
             let read = match bytes {
                 0 => Arrival::NOW,
-                bytes => self.ask(now, 0, bytes, memory, &span, observer),
+                bytes => self.ask(now, ask, bytes, memory, &span, observer),
             };
             self.reading.push_back(read);
         }
@@ -152,15 +173,16 @@ impl<'a> BlockStream<'a> {
     fn ask<L: Layout>(
         &mut self,
         now: u64,
-        way: usize,
+        ask: BlockMove,
         bytes: u64,
         memory: &mut Memory<'_, L>,
-        span: impl Fn(AddressRange) -> L::Pattern,
+        span: impl Fn(BlockMove, AddressRange) -> L::Pattern,
         observer: &mut impl Observer,
     ) -> Arrival {
+        let BlockMove { way, .. } = ask;
         let address = self.unit.places[way] + self.moved[way];
         self.moved[way] += bytes;
         let request = Request { owner: self.unit.owner, stream: self.unit.streams[way], bytes };
-        memory.issue(now, request, |_| span(AddressRange { address, bytes }), observer)
+        memory.issue(now, request, |_| span(ask, AddressRange { address, bytes }), observer)
     }
 }

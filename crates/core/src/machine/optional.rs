@@ -54,7 +54,9 @@ impl Optional {
     /// The part that a key is of; `None` for one that every machine has.
     pub fn of(key: &str) -> Option<&'static Optional> {
         // The narrowest: bits of a distance are of the eviction, then of the cache.
-        Optional::all().filter(|part| part.has(key)).max_by_key(|part| part.keys[0].len())
+        // Of what several dataflows have, that of the first.
+        let all = Optional::all().filter(|part| part.has(key));
+        all.min_by_key(|part| std::cmp::Reverse(part.keys[0].len()))
     }
 
     /// Whether a key is one of its own.

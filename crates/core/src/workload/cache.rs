@@ -287,3 +287,46 @@ impl Foreseeing {
         lookup
     }
 }
+
+/// A cache of sums: what is added to one that is not there is fetched, and another leaves.
+pub(crate) struct SumCache {
+    cache: Cache,
+}
+
+/// What is added to a sum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Added {
+    /// Whether nothing was added to it before.
+    pub is_first: bool,
+    /// Whether it was not there.
+    pub is_fetched: bool,
+    /// Which one left: the one that was added to longest ago, or itself where nothing is kept.
+    pub leaves: Option<u32>,
+}
+
+impl SumCache {
+    /// An empty cache for sums `0..records`.
+    pub(crate) fn new(shape: CacheShape, records: usize) -> SumCache {
+        SumCache { cache: Cache::new(shape, records) }
+    }
+
+    /// Adds to a sum.
+    pub(crate) fn add(&mut self, record: u32) -> Added {
+        let CacheShape { sets, ways } = self.cache.shape;
+        let set = self.cache.sets[(record % sets) as usize];
+        let is_full = set.records == ways;
+        let lookup = self.cache.load(record);
+        let is_fetched = !matches!(lookup, Lookup::Hit);
+        let victim = if ways == 0 { record } else { set.oldest };
+        Added {
+            is_first: matches!(lookup, Lookup::First),
+            is_fetched,
+            leaves: (is_fetched && is_full).then_some(victim),
+        }
+    }
+
+    /// Sums that are there.
+    pub(crate) fn held(&self) -> u64 {
+        self.cache.sets.iter().map(|set| u64::from(set.records)).sum()
+    }
+}

@@ -89,12 +89,19 @@ const UNLIKE_RESIDENT: [&str; 11] = [
 const UNLIKE_GPU: [&str; 5] =
     ["clock=500 MHz", "dram.channels=2", "sm.units=5", "sm.lanes=48", "l2.capacity=1 MiB"];
 
-/// Machines with test units, with a unit between two eyes, and with one that knows pixels, which
-/// one with everything else cannot have.
-const UNLIKE_PARTS: [&[&str]; 3] = [
+/// Machines with test units, with a unit between two eyes, with one that knows pixels, and with
+/// gradient units, which one with everything else cannot have.
+const UNLIKE_PARTS: [&[&str]; 4] = [
     &["vru.impl=leaders", "geometry.subtile=4", "vru.leaders-per-cycle=16", "fovea.accumulators=0"],
     &["stereo.impl=derived", "stereo.lag=8", "fovea.accumulators=0"],
     &["pixels.impl=warped", "pixels.per-cycle=4", "fovea.accumulators=0"],
+    &[
+        "training.interval=2",
+        "gradients.sum-cycles=2",
+        "gradients.ways=8",
+        "gradients.operations-per-cycle=32",
+        "fovea.accumulators=0",
+    ],
 ];
 
 /// Machines of every dataflow that have another amount of everything than the one that prices are

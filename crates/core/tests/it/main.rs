@@ -9,6 +9,7 @@ mod contract;
 mod energy;
 mod foveated;
 mod gpu;
+mod gradients;
 mod kept_lists;
 mod knobs;
 mod oracle_memory;

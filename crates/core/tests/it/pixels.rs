@@ -87,7 +87,7 @@ fn blended(w: &FrameWorkload, x: u32, y: u32) -> (Vec<(u32, u32)>, f32, f32) {
 }
 
 /// The opacity of a splat in a pixel, as the rasteriser has it.
-fn alpha(splat: &Splat, x: u32, y: u32) -> f32 {
+pub(crate) fn alpha(splat: &Splat, x: u32, y: u32) -> f32 {
     let [c0, c1, c2] = splat.conic().expect("a proper splat");
     let [dx, dy] = [x as f32 - splat.mean[0], y as f32 - splat.mean[1]];
     let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;

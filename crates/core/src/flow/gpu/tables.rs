@@ -332,6 +332,8 @@ pub enum Updated {
     Visible,
     /// None: gradients alone are found.
     None,
+    /// None, and their gradients become those by the pose of the camera (tracking).
+    Pose,
 }
 
 impl Updated {
@@ -340,7 +342,7 @@ impl Updated {
         match self {
             Updated::All => all,
             Updated::Visible => visible,
-            Updated::None => 0,
+            Updated::None | Updated::Pose => 0,
         }
     }
 }

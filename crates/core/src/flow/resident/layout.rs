@@ -2,8 +2,9 @@
 //! bytes on (A35).
 
 use super::Resident;
-use super::training::{Step, StepPart};
+use super::training::Step;
 use super::work::ResidentFrame;
+use crate::flow::steps::StepPart;
 use crate::kernel::memory;
 use powergs_dram::AddressRange;
 

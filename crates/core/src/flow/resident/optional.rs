@@ -1,6 +1,7 @@
 //! Parts that a machine may not have.
 
-use super::{ComposeSpec, TailSpec, TrainingSpec};
+use super::{ComposeSpec, TailSpec};
+use crate::flow::steps::TRAINING;
 use crate::machine::Optional;
 
 /// All of them.
@@ -24,19 +25,5 @@ pub(super) const OPTIONAL: [Optional; 3] = [
         with: &["compose.lanes=16", "region.slices=2"],
         is_there: |m| m.of_type::<ComposeSpec>().lanes > 0,
     },
-    Optional {
-        what: "training",
-        switch: "training.interval",
-        keys: &[
-            "training.state",
-            "training.record",
-            "training.loss",
-            "training.chain",
-            "training.update",
-            "training.accesses",
-            "training.step",
-        ],
-        with: &["training.interval=2"],
-        is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
-    },
+    TRAINING,
 ];

@@ -18,6 +18,13 @@ pub const FRONT_DECL: StageDecl = StageDecl {
         AlsoDecl { key: "cull", a_cycle: |m| converted(m.of_type()) },
         AlsoDecl { key: "project", a_cycle: |m| converted(m.of_type()) },
         AlsoDecl { key: "sh-colour", a_cycle: |m| converted(m.of_type()) },
+        AlsoDecl {
+            key: "simt-operation",
+            a_cycle: |m| match m.of_type::<TrainingSpec>().interval {
+                0 => 0.0,
+                _ => f64::from(m.of_type::<FrontSpec>().operations_per_cycle),
+            },
+        },
     ],
     buffers: &[
         buffer("front_in", "stores.records", |m| {
@@ -39,12 +46,6 @@ pub const FRONT_DECL: StageDecl = StageDecl {
         ),
         writes("step-out", "the same, updated", ["results", "pixels"]),
     ],
-    works: &[work("simt-operation", 1, "One operation of loss, gradients or update.").a_cycle(
-        |m| match m.of_type::<TrainingSpec>().interval {
-            0 => 0.0,
-            _ => f64::from(m.of_type::<FrontSpec>().operations_per_cycle),
-        },
-    )],
     parts: &[part("operations", "Arithmetic of conversion; amount: operations a cycle.", |m| {
         f64::from(m.of_type::<FrontSpec>().operations_per_cycle)
     })],
@@ -113,6 +114,13 @@ pub const RASTER_DECL: StageDecl = StageDecl {
     also_works: &[
         AlsoDecl { key: "alpha", a_cycle: |m| f64::from(m.of_type::<RasterSpec>().lanes) },
         AlsoDecl { key: "blend", a_cycle: |m| f64::from(m.of_type::<RasterSpec>().lanes) },
+        AlsoDecl {
+            key: "gradient-pixel",
+            a_cycle: |m| match m.of_type::<TrainingSpec>().interval {
+                0 => 0.0,
+                n => f64::from(m.of_type::<RasterSpec>().lanes) / f64::from(n),
+            },
+        },
     ],
     buffers: &[
         buffer("raster_in", "stores.gaussians", |m| {
@@ -134,11 +142,6 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         ),
         writes("gradients", "gradients by pixels and by entries", ["pixels", "results"]),
     ],
-    works: &[work("gradient-pixel", 60, "Gradients of one pixel by a Gaussian, all nine.")
-        .a_cycle(|m| match m.of_type::<TrainingSpec>().interval {
-            0 => 0.0,
-            n => f64::from(m.of_type::<RasterSpec>().lanes) / f64::from(n),
-        })],
     parts: &[part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes))],
     waits: &[
         WaitDecl {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
 
-pub use crate::flow::gpu::Updated;
+pub use crate::flow::steps::{TrainingSpec, Updated};
 
 /// The tables of a machine with resident pixels.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -255,51 +255,6 @@ pub enum ComposePath {
     Dram,
     /// They stay in the buffers of their engines.
     Stores,
-}
-
-/// The `[training]` table: a frame is a step of training, with the loss, the lists in reverse and
-/// the update behind it.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub struct TrainingSpec {
-    /// How often as many cycles a step of the lanes takes in reverse; 0 for no training.
-    #[schemars(range(min = 0, max = 64), extend("x-unit" = "factor"))]
-    pub interval: u32,
-    /// What is kept of a pixel between the frame and its gradients: gradient by its colour,
-    /// transmittance, colour.
-    pub state: Bytes,
-    /// What is added up for an entry of a list: gradients by mean, conic, opacity and colour.
-    pub record: Bytes,
-    /// Operations of the loss of a pixel, its gradient included.
-    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
-    pub loss: u32,
-    /// Operations of a Gaussian with a region: from these gradients to those by its parameters.
-    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
-    pub chain: u32,
-    /// Which Gaussians are updated.
-    pub update: Updated,
-    /// Times that the update reads and writes as much as the parameters.
-    #[schemars(range(min = 0, max = 16), extend("x-unit" = "accesses"))]
-    pub accesses: u32,
-    /// Operations of the update of a number.
-    #[schemars(range(min = 1, max = 10000), extend("x-unit" = "operations"))]
-    pub step: u32,
-}
-
-impl Default for TrainingSpec {
-    /// No training; what there is where the file says only the interval (A145).
-    fn default() -> TrainingSpec {
-        TrainingSpec {
-            interval: 0,
-            state: Bytes(28),
-            record: Bytes(36),
-            loss: 450,
-            chain: 420,
-            update: Updated::All,
-            accesses: 7,
-            step: 12,
-        }
-    }
 }
 
 /// The `[stores]` table.

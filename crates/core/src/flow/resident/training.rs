@@ -13,6 +13,7 @@ use super::stages::{
 };
 use super::work::ResidentFrame;
 use super::{Engine, FrontUnit, Layout, Place, Resident, STREAMS};
+use crate::flow::steps::{StepEnds, StepPart, SteppedGaussians};
 use crate::kernel::blocks::{BlockStream, BlockUnit, MovedBlock};
 use crate::kernel::memory::Memory;
 use crate::kernel::stream::StreamId;
@@ -21,40 +22,11 @@ use crate::kernel::{self, drive};
 use crate::stage::{DRAM_READ, DRAM_WRITE, sram_read, sram_write, work_id};
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
 
-/// Blocks of Gaussians of which a unit takes one after the other.
-const BATCH: u64 = 256;
-
-/// A part of a step behind its frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StepPart {
-    /// The picture is compared with a photo.
-    Loss,
-    /// Lists are gone through in reverse.
-    Reverse,
-    /// Gradients by parameters.
-    Chain,
-    /// Parameters are updated.
-    Update,
-}
-
-impl StepPart {
-    /// All of them, in their order.
-    pub const ALL: [StepPart; 4] =
-        [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
-
-    /// The phase that its bytes and its energy are of.
-    const fn phase(self) -> Phase {
-        match self {
-            StepPart::Loss | StepPart::Reverse => Phase::Rendering,
-            StepPart::Chain | StepPart::Update => Phase::Preprocessing,
-        }
-    }
-
-    const fn streams(self) -> [StreamId; 2] {
-        match self {
-            StepPart::Loss | StepPart::Reverse => REVERSE,
-            StepPart::Chain | StepPart::Update => PARAMETERS,
-        }
+/// What a part of a step reads and writes.
+const fn streams(part: StepPart) -> [StreamId; 2] {
+    match part {
+        StepPart::Loss | StepPart::Reverse => REVERSE,
+        StepPart::Chain | StepPart::Update => PARAMETERS,
     }
 }
 
@@ -75,9 +47,6 @@ pub struct Step {
     /// Bytes of a pixel while it is worked on.
     pixel_state: u64,
 }
-
-/// When the parts of a step ended.
-pub type StepEnds = [u64; StepPart::ALL.len()];
 
 impl Step {
     /// Of a frame; `None` on machines that do not train.
@@ -106,34 +75,14 @@ impl Step {
                 write: entries * t.record.0,
             });
         }
-        let splats = frame.index.len() as u64;
-        let partial = frame.entries.len() as u64;
-        let stored = g.position.0 + g.shape.0 + g.colour.0;
-        let each = |all: u64, first: u64, end: u64, of: u64| {
-            // What comes to a batch of what is spread over all.
-            (u128::from(all) * u128::from(end) / u128::from(of)
-                - u128::from(all) * u128::from(first) / u128::from(of)) as u64
+        let gaussians = SteppedGaussians {
+            points: frame.counters.points,
+            touched: frame.index.len() as u64,
+            sums: frame.entries.len() as u64,
+            stored: [g.position.0 + g.shape.0, g.position.0 + g.shape.0 + g.colour.0],
         };
-        for (i, first) in (0..splats).step_by(BATCH as usize).enumerate() {
-            let end = (first + BATCH).min(splats);
-            let sums = each(partial, first, end, splats);
-            let chain = (end - first) * u64::from(t.chain) + sums * t.record.0.div_ceil(4);
-            parts[2][i % fronts].push(MovedBlock {
-                items: chain,
-                read: sums * t.record.0 + (end - first) * stored,
-                write: (end - first) * stored,
-            });
-        }
-        let updated = t.update.of(frame.counters.points, splats);
-        let accesses = u64::from(t.accesses);
-        for (i, first) in (0..updated).step_by(BATCH as usize).enumerate() {
-            let bytes = BATCH.min(updated - first) * stored;
-            parts[3][i % fronts].push(MovedBlock {
-                items: bytes / 4 * u64::from(t.step),
-                read: bytes * accesses.div_ceil(2),
-                write: bytes * (accesses / 2),
-            });
-        }
+        parts[2] = t.chain(&gaussians, fronts);
+        parts[3] = t.update(&gaussians, fronts);
         let rate = u64::from(m.front.operations_per_cycle);
         let sum = |part: &Vec<Vec<MovedBlock>>| part.iter().flatten().map(|b| b.items).sum::<u64>();
         let operations = [sum(&parts[0]), 0, sum(&parts[2]), sum(&parts[3])];
@@ -167,7 +116,7 @@ impl Step {
                         stage,
                         owner,
                         rate: self.rates[part as usize],
-                        streams: part.streams(),
+                        streams: streams(part),
                         places: offset,
                         waits,
                     };
@@ -226,15 +175,15 @@ impl Step {
 }
 
 /// Units in a part of a step.
-struct StepUnits<'s, 'a, 'b, O> {
-    streams: &'s mut [BlockStream<'b>],
+struct StepUnits<'s, 'a, O> {
+    streams: &'s mut [BlockStream],
     memory: &'s mut Memory<'a, Layout<'a>>,
     observer: &'s mut O,
 }
 
-impl<O: Observer> kernel::Agents for StepUnits<'_, '_, '_, O> {
+impl<O: Observer> kernel::Agents for StepUnits<'_, '_, O> {
     fn step(&mut self, agent: usize, now: u64) -> u64 {
-        self.streams[agent].step(now, self.memory, Place::Range, self.observer)
+        self.streams[agent].step(now, self.memory, |_, at| Place::Range(at), self.observer)
     }
 
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {

@@ -44,7 +44,9 @@ use crate::flow::tile_wise::batch::{Batch, Pass};
 use crate::flow::tile_wise::colour;
 use crate::flow::tile_wise::lists;
 use crate::flow::tile_wise::vru;
-use crate::flow::tile_wise::{CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
+use crate::flow::tile_wise::{
+    CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, PixelsSpec, RecordSpec,
+};
 use crate::kernel::bank::Banks;
 use crate::kernel::divide::Divisor;
 use crate::kernel::stream::{reads, writes};
@@ -74,6 +76,12 @@ pub const CCU: StageDecl = StageDecl {
             .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()),
         work("obb-test", 48, "One oriented-box-against-tile test.")
             .a_cycle(|m| f64::from(m.of_type::<CcuSpec>().intersection_units)),
+        work("pixel-test", 13, "One α of a Gaussian at a pixel, before it comes into a list.")
+            .a_cycle(|m| match m.of_type::<PixelsSpec>().filters() {
+                true => f64::from(m.of_type::<CcuSpec>().intersection_units),
+                false => 0.0,
+            })
+            .priced_as("alpha"),
         work(
             "sh-colour",
             SH_COLOUR[SH_COLOUR.len() - 1],
@@ -174,6 +182,7 @@ const CULL: ActionId = work_id("cull");
 const PROJECT: ActionId = work_id("project");
 const OBB_PREPARE: ActionId = work_id("obb-prepare");
 const OBB_TEST: ActionId = work_id("obb-test");
+const PIXEL_TEST: ActionId = work_id("pixel-test");
 /// A colour; colour units make them too.
 pub const SH_COLOUR_WORK: ActionId = work_id("sh-colour");
 /// Records on their way from DRAM to the unit.
@@ -200,6 +209,8 @@ pub struct Ccu {
     pub lists: [Option<Banks>; 2],
     /// Bytes of a pointer.
     pub pointer: u64,
+    /// Whether its tests are those of pixels.
+    pub filters: bool,
     /// Bytes that the first read takes of every record, the second of every survivor, and the third
     /// of every splat with a tile.
     reads: [u64; READS],
@@ -279,6 +290,7 @@ impl Ccu {
             output,
             lists: [None; 2],
             pointer: 0,
+            filters: false,
             reads,
             level_bytes,
             level_colour_bytes,
@@ -297,6 +309,11 @@ impl Ccu {
     /// The unit with its shares of the pointers (of so many bytes) and of the lines of lists.
     pub(crate) fn with_lists(self, lists: [Option<Banks>; 2], pointer: u64) -> Self {
         Self { lists, pointer, ..self }
+    }
+
+    /// The unit with tests of pixels in place of those of boxes.
+    pub(crate) fn with_filter(self, filters: bool) -> Self {
+        Self { filters, ..self }
     }
 
     /// Bytes of a read of a batch: 0 to 2, see [`Ccu`].
@@ -475,7 +492,8 @@ impl Unit for Ccu {
             actions.charge(stage, PROJECT, batch.survivors);
         }
         actions.charge(stage, OBB_PREPARE, batch.prepared);
-        actions.charge(stage, OBB_TEST, batch.tests);
+        let tested = if self.filters { PIXEL_TEST } else { OBB_TEST };
+        actions.charge(stage, tested, batch.tests);
         let coloured = self.lookups_of(batch);
         actions.charge(stage, SH_COLOUR_WORK, coloured);
         let looked_up = self.codebook.bytes(coloured);

@@ -3,12 +3,13 @@
 mod binning;
 
 use super::{
-    FeatureSource, Fetch, GsuImpl, PixelSource, StereoImpl, Termination, TileWise, VruImpl,
+    FeatureSource, Fetch, GsuImpl, Overlap, PixelSource, StereoImpl, Termination, TileWise, VruImpl,
 };
 use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
 use crate::workload::STORAGE_BLOCK;
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;
+use powergs_frame::splat::Intersection;
 
 /// The largest side of a sort group, pixels.
 const SORT_GROUP_MAX: u32 = 512;
@@ -30,6 +31,7 @@ pub(super) fn problems(machine: &TileWise) -> Vec<Contradiction> {
     late_colours(machine, &mut found);
     stereo(machine, &mut found);
     pixels(machine, &mut found);
+    gradients(machine, &mut found);
     clusters(machine, &mut found);
     binning::check(machine, &mut found);
     codebook(machine, &mut found);
@@ -330,6 +332,73 @@ fn pixels(m: &TileWise, found: &mut Found) {
             b.word, b.capacity
         );
         found.add("pixels.buffer.word", message);
+    }
+}
+
+/// Steps of training.
+fn gradients(m: &TileWise, found: &mut Found) {
+    if m.pixels.filters() && m.geometry.test != Intersection::Aabb {
+        let message = "`pixels.filter` contradicts `geometry.test`: the units that test boxes test \
+                       pixels; set `geometry.test` = \"aabb\"";
+        found.add("pixels.filter", message.to_owned());
+        found.ends_with("pixels.filter", false);
+    }
+    let (t, g) = (&m.training, &m.gradients);
+    if t.interval == 0 {
+        return;
+    }
+    let mut excludes = |key: &'static str, value: String, remedy: &str, set: &str| {
+        let message = format!(
+            "`training.interval` = {} contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
+             or `training.interval` = 0",
+            t.interval
+        );
+        found.add("training.interval", message);
+        found.ends_with("training.interval", 0);
+    };
+    let quoted = |name: &str| format!("\"{name}\"");
+    if m.stereo.implementation != StereoImpl::Separate {
+        let value = quoted(m.stereo.implementation.name());
+        excludes("stereo.impl", value, "a step has one view", "\"separate\"");
+    }
+    if !matches!(m.pixels.source, PixelSource::All | PixelSource::Sampled) {
+        let value = quoted(m.pixels.source.name());
+        excludes("pixels.impl", value, "pixels without blends have no gradients", "\"all\"");
+    }
+    if m.schedule.overlap == Overlap::Frames {
+        let remedy = "a step begins with what the one before has updated";
+        excludes("schedule.overlap", quoted("frames"), remedy, "\"tiles\"");
+    }
+    if m.gsu.keeps_lists() || m.gsu.period() > 1 || !m.gsu.sorts() {
+        let remedy = "a step goes through lists of its own, in depth order";
+        excludes("gsu.impl", quoted(m.gsu.implementation.name()), remedy, "\"split\"");
+    }
+    if m.vru.termination == Termination::None {
+        excludes("vru.termination", quoted("none"), "gradients need an order", "\"subtile\"");
+    }
+    let sizes =
+        [("training.state", t.state), ("training.record", t.record), ("gradients.kept", g.kept)];
+    for (key, bytes) in sizes {
+        if !(1..=RECORD_MAX.0).contains(&bytes.0) {
+            found.add(key, format!("`{key}` = {bytes} must be from 1 B to {RECORD_MAX}"));
+        }
+    }
+    let buffers = [
+        ("gradients.buffer.capacity", "gradients.buffer.word", &g.buffer),
+        ("gradients.cache.capacity", "gradients.cache.word", &g.cache),
+    ];
+    for (capacity, word, buffer) in buffers {
+        if !(1..=SIZE_MAX.0).contains(&buffer.capacity.0) {
+            let message =
+                format!("`{capacity}` = {} must be from 1 B to {SIZE_MAX}", buffer.capacity);
+            found.add(capacity, message);
+        } else if !(1..=buffer.capacity.0).contains(&buffer.word.0) {
+            let message = format!(
+                "`{word}` = {} must be from 1 B to the capacity, {}",
+                buffer.word, buffer.capacity
+            );
+            found.add(word, message);
+        }
     }
 }
 

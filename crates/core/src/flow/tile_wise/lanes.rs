@@ -28,6 +28,19 @@ pub enum Grain {
     Box,
 }
 
+/// Units of a core that work on what an entry reaches together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct TogetherUnits {
+    /// What that is.
+    pub grain: Grain,
+    /// Pixels that they take in a cycle.
+    pub lanes: u64,
+    /// Cycles between an entry of a pixel (or quad) and its next ones.
+    pub recurrence: u64,
+    /// Entries of one pixel that are taken at a time, and leave the feature buffer in a cycle.
+    pub entries: u64,
+}
+
 /// A test unit: leader pixels of mini-tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Leaders {
@@ -263,13 +276,12 @@ impl<'a> LaneMap<'a> {
         reach
     }
 
-    /// What the chunks of the tile take of units that work on a grain together: `lanes` slots a
-    /// cycle, and a pixel (or quad) once in `recurrence` cycles. Boxes are worked on up to list
+    /// What the chunks of the tile take of units that work together. Boxes are worked on up to list
     /// position `end`, and until it is known, `latency` cycles later.
     pub(super) fn together(
         &self,
         chunks: &[ChunkWork],
-        (grain, lanes, recurrence): (Grain, u64, u64),
+        &TogetherUnits { grain, lanes, recurrence, entries }: &TogetherUnits,
         (end, latency): (u32, u64),
     ) -> Vec<ChunkRun> {
         let (x0, y0, x1, y1) = self.area;
@@ -302,9 +314,9 @@ impl<'a> LaneMap<'a> {
             if grain != Grain::Box {
                 let most = u64::from(visits.iter().copied().max().unwrap_or(0));
                 let cycles = slots.div_ceil(lanes) - taken.div_ceil(lanes);
-                now += cycles.max(most * recurrence);
+                now += cycles.max(most.div_ceil(entries) * recurrence);
             }
-            run.cycles = (now - start).max(run.reads);
+            run.cycles = (now - start).max(run.reads.div_ceil(entries));
             ChunkRun { alone: run.cycles, ..run }
         };
         chunks.iter().map(&mut chunk).collect()

@@ -5,7 +5,8 @@
 //! "everything"`), bounds of clusters where there are any, projected splats in the order of the
 //! CCUs, tile lists back to back, features in storage order at `record.feature-pitch`, keys that
 //! do not fit the sorting buffers (one MiB a core), what is known of pixels where not all are
-//! rendered, and the image, tile by tile. Foveated frames
+//! rendered, what a step of training reads and writes, sums of gradients, and the image, tile by
+//! tile. Foveated frames
 //! have two more in front of the keys: the colours of levels 2 to 4, three records a Gaussian, and
 //! the features of second levels in storage order. Where the CCUs write the feature records there
 //! is no region of projected splats. Where lists are made with pointers (A90), the pointers have a
@@ -15,8 +16,10 @@ use crate::kernel;
 use crate::kernel::blocks::BlockStream;
 use std::ops::Range;
 
+use crate::flow::steps::StepPart;
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::batch::{Batch, Pass};
+use crate::flow::tile_wise::gradients::GradientWork;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::schedule::{Job, Plan};
 use crate::flow::tile_wise::traffic::ChunkLoad;
@@ -85,6 +88,17 @@ pub enum AccessPattern {
         /// hit the cache or were loaded before is not known here.
         load: ChunkLoad,
     },
+    /// What a gradient unit reads or writes of a tile.
+    Gradients {
+        /// Contiguous bytes.
+        run: AddressRange,
+        /// First entry in [`FrameWorkload::list`], and how many have their features read.
+        list: (u64, u64),
+        /// Whether sums are read (0) or written (1).
+        way: usize,
+        /// The first of them in what is moved in the frame, and the one behind the last.
+        sums: (u32, u32),
+    },
 }
 
 /// Moves between lists and chip.
@@ -134,6 +148,10 @@ pub struct Layout<'a> {
     /// Pixels that are known.
     known: u64,
     pixels: (u64, u64),
+    /// What each part of a step of training reads and writes.
+    steps: [[u64; 2]; StepPart::ALL.len()],
+    /// Which sums are moved, where they lie, and their bytes.
+    sums: Option<(&'a [Vec<u32>; 2], u64, u64)>,
     /// First byte behind the arrays of the scene.
     scene_end: u64,
     /// First byte behind all regions.
@@ -148,6 +166,8 @@ impl<'a> Layout<'a> {
         plan: &'a Plan,
         context: &FrameContext<'a>,
     ) -> Layout<'a> {
+        let gradients = GradientWork::new(workload, units, context);
+        let gradients = gradients.as_ref();
         let (r, c) = (&units.ccu.record, &workload.counters);
         let mut end = 0u64;
         let mut region = |bytes: u64| {
@@ -207,6 +227,15 @@ impl<'a> Layout<'a> {
             },
             spill: region(u64::from(units.vru.spec.cores) * REGION),
             known: region(context.pixels.map_or(0, |some| BlockStream::bytes(&some.blocks)[0])),
+            steps: StepPart::ALL.map(|part| {
+                let bytes = gradients.map_or([0; 2], |work| work.bytes(part));
+                // Cores take tiles in turn, and one may take more than its share.
+                bytes.map(|bytes| region(2 * bytes))
+            }),
+            sums: gradients.map(|work| {
+                let all = c.intersecting_points * work.record();
+                (work.moved(), region(all), work.record())
+            }),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * units.vru.pixel),
         };
         if r.feature_source == FeatureSource::Ccu {
@@ -297,6 +326,16 @@ impl<'a> Layout<'a> {
         [self.known, self.pixels.0]
     }
 
+    /// [`Plan::tiles`].
+    pub fn tiles(&self) -> &'a [u32] {
+        self.tiles
+    }
+
+    /// Where what a part of a step reads and writes begins.
+    pub fn step(&self, part: StepPart) -> [u64; 2] {
+        self.steps[part as usize]
+    }
+
     /// The first `bytes` of the pixels of `tile` (row-major index) in the image.
     pub fn pixels(&self, tile: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange {
@@ -335,6 +374,9 @@ impl<'a> Layout<'a> {
                 }
                 AccessPattern::Chunk { start, entries, load } => {
                     self.record(start, entries, load, step)?
+                }
+                AccessPattern::Gradients { run, list, way, sums } => {
+                    self.of_gradients(run, list, (way, sums), step)?
                 }
             };
             if piece.bytes > 0 {
@@ -425,6 +467,29 @@ impl<'a> Layout<'a> {
         let record = first + index * records / taken;
         let (base, bytes, pitch) = self.scene[array as usize];
         Some(AddressRange { address: base + record * pitch, bytes })
+    }
+
+    /// Bytes in a row, features of entries of a list, then sums.
+    fn of_gradients(
+        &self,
+        run: AddressRange,
+        (start, features): (u64, u64),
+        (way, (first, end)): (usize, (u32, u32)),
+        step: u64,
+    ) -> Option<AddressRange> {
+        let parts = run.bytes.div_ceil(REGION);
+        if step < parts {
+            return part(run, step);
+        }
+        let step = step - parts;
+        if step < features {
+            let load = ChunkLoad { features, ..ChunkLoad::default() };
+            return self.record(start, features, load, step);
+        }
+        let (moved, base, bytes) = self.sums?;
+        let at = u64::from(first) + step - features;
+        let slot = (at < u64::from(end)).then(|| moved[way][at as usize])?;
+        Some(AddressRange { address: base + u64::from(slot) * bytes, bytes })
     }
 
     fn record(&self, start: u64, entries: u64, load: ChunkLoad, step: u64) -> Option<AddressRange> {

@@ -2,13 +2,14 @@
 
 use super::{
     BinningImpl, BinningSpec, CacheSpec, CcuSpec, CodebookSpec, Eviction, Fetch, FoveaSpec,
-    GsuImpl, GsuSpec, PixelSource, PixelsSpec, StereoImpl, StereoSpec, Termination, VruImpl,
-    VruSpec,
+    GsuImpl, GsuSpec, PixelSource, PixelsSpec, StereoImpl, StereoSpec, Termination, TrainingSpec,
+    VruImpl, VruSpec,
 };
+use crate::flow::steps::TRAINING;
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 23] = [
+pub(super) const OPTIONAL: [Optional; 26] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -126,7 +127,12 @@ pub(super) const OPTIONAL: [Optional; 23] = [
         what: "units of which several stop together",
         switch: "vru.termination",
         keys: &["vru.stop-latency"],
-        with: &["gsu.impl=split", "vru.impl=serial", "vru.termination=subtile"],
+        with: &[
+            "gsu.impl=split",
+            "vru.impl=serial",
+            "vru.termination=subtile",
+            "geometry.subtile=4",
+        ],
         is_there: |m| {
             let vru = m.of_type::<VruSpec>();
             let is_alone = matches!(vru.implementation, VruImpl::Quads | VruImpl::Pixels);
@@ -173,9 +179,24 @@ pub(super) const OPTIONAL: [Optional; 23] = [
     Optional {
         what: "`pixels.impl` = \"sampled\"",
         switch: "pixels.impl",
-        keys: &["pixels.stride", "pixels.pattern"],
-        with: &["pixels.impl=sampled", "fovea=none"],
+        keys: &["pixels.stride", "pixels.pattern", "pixels.filter"],
+        with: &["pixels.impl=sampled", "fovea=none", "geometry.test=aabb"],
         is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Sampled,
+    },
+    Optional {
+        what: "`vru.impl` = \"pixels\"",
+        switch: "vru.impl",
+        keys: &["vru.entries-per-cycle"],
+        with: &["vru.impl=pixels", "vru.termination=pixel", "geometry.subtile=16", "fovea=none"],
+        is_there: |m| m.of_type::<VruSpec>().implementation == VruImpl::Pixels,
+    },
+    TRAINING,
+    Optional {
+        what: "gradient units",
+        switch: "training.interval",
+        keys: &["gradients"],
+        with: &["training.interval=2", "gradients.behind=true"],
+        is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
     },
     Optional {
         what: "colour units in its cores",

@@ -23,6 +23,10 @@
 //! before, CCUs begin when all are: what is rendered is known then. Colours that are found are
 //! fetched beside everything else.
 //!
+//! **Gradients** (`training`; A146). Where tiles are taken in reverse as soon as they are rendered,
+//! a gradient unit is behind each core; rendering units do not begin a tile while two wait for it.
+//! What else belongs to a step follows the frame, part by part.
+//!
 //! **Ties.** Within a cycle, CCUs act before cores, each in the order of their number; this decides
 //! which one gets the next batch or job, and whose DRAM request is issued first.
 //!
@@ -34,6 +38,7 @@ mod chunk_issue;
 mod colour_stage;
 mod core;
 mod feature_queue;
+mod gradient_stage;
 mod list_completion;
 mod list_fetch;
 pub mod memo;
@@ -41,15 +46,19 @@ mod render;
 
 use std::ops::Range;
 
+use crate::flow::StepSummary;
+use crate::flow::steps::StepPart;
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::batch::{Batches, Pass};
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::{Ccu, GAUSSIAN_IN, TILE_LIST};
 use crate::flow::tile_wise::colour;
+use crate::flow::tile_wise::gradients::{GRU, GradientWork};
 use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
+use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles};
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
 use crate::flow::tile_wise::pixels::PXU;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
@@ -95,6 +104,8 @@ struct Shared<'a, O> {
     next_batch: u32,
     next_job: u32,
     lists: ListCompletion,
+    /// Tiles between rendering units and gradient units, where these take them at once.
+    handed: Option<HandedTiles>,
     /// Checks the results of unit rules from outside the crate.
     rule_check: RuleCheck,
     observer: &'a mut O,
@@ -140,11 +151,13 @@ impl<O> Shared<'_, O> {
     }
 }
 
-/// The agents of the event queue: CCUs, then cores, then what knows pixels.
+/// The agents of the event queue: CCUs, then cores, then what knows pixels, then gradient units.
 struct Agents<'a> {
     ccus: Vec<CcuState>,
     cores: Vec<Core>,
-    pixels: Option<BlockStream<'a>>,
+    pixels: Option<BlockStream>,
+    gradients: Vec<GradientUnit>,
+    work: Option<GradientWork<'a>>,
 }
 
 impl<'a> Agents<'a> {
@@ -152,7 +165,8 @@ impl<'a> Agents<'a> {
         units: &ResolvedUnits,
         spec: &PixelsSpec,
         context: &FrameContext<'a>,
-        places: [u64; 2],
+        layout: &Layout,
+        work: Option<GradientWork<'a>>,
     ) -> Self {
         let ccus = units.ccu.spec.units;
         let cores = units.vru.spec.cores;
@@ -161,8 +175,12 @@ impl<'a> Agents<'a> {
             owner: ccus + cores,
             rate: spec.per_cycle.into(),
             streams: KNOWN,
-            places,
+            places: layout.known(),
             waits: FEATURES,
+        };
+        let before = ccus + cores + u32::from(spec.source.has_unit());
+        let units_of = |work: &GradientWork| {
+            (0..cores).map(|core| GradientUnit::new(work, core, before + core, layout)).collect()
         };
         Self {
             ccus: (0..ccus).map(|ccu| CcuState::new(ccu, ccu, units)).collect(),
@@ -170,11 +188,23 @@ impl<'a> Agents<'a> {
             pixels: spec.source.has_unit().then(|| {
                 BlockStream::new(unit, context.pixels.map_or(&[], |some| some.blocks.as_slice()))
             }),
+            gradients: work.as_ref().map(units_of).unwrap_or_default(),
+            work,
         }
     }
 
+    /// CCUs and cores.
+    fn rendering(&self) -> usize {
+        self.ccus.len() + self.cores.len()
+    }
+
+    /// All but gradient units.
+    fn of_frame(&self) -> usize {
+        self.rendering() + usize::from(self.pixels.is_some())
+    }
+
     fn all(&self) -> usize {
-        self.ccus.len() + self.cores.len() + usize::from(self.pixels.is_some())
+        self.of_frame() + self.gradients.len()
     }
 
     /// Runs some of them from cycle `start` until none has an event left.
@@ -188,6 +218,7 @@ impl<'a> Agents<'a> {
         if let Some(pixels) = &mut self.pixels {
             pixels.account.up_to(now, observer);
         }
+        self.gradients.iter_mut().for_each(|unit| unit.account(now, observer));
     }
 
     fn buffers(&self) -> Vec<BufferUse> {
@@ -212,27 +243,32 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
     #[inline]
     fn step(&mut self, agent: usize, now: u64) -> u64 {
         let (ccus, shared) = (self.agents.ccus.len(), &mut *self.shared);
-        match self.agents.ccus.get_mut(agent) {
-            Some(ccu) => ccu.step(now, shared),
-            None => match self.agents.cores.get_mut(agent - ccus) {
-                Some(core) => {
-                    core.account(now, shared.observer);
-                    core.step(now, shared)
-                }
-                None => {
-                    let pixels = self.agents.pixels.as_mut().expect("the last agent");
-                    let Shared { memory, observer, .. } = shared;
-                    pixels.step(now, memory, AccessPattern::Run, *observer)
-                }
-            },
+        if let Some(ccu) = self.agents.ccus.get_mut(agent) {
+            return ccu.step(now, shared);
         }
+        if let Some(core) = self.agents.cores.get_mut(agent - ccus) {
+            core.account(now, shared.observer);
+            return core.step(now, shared);
+        }
+        let (rendering, of_frame) = (self.agents.rendering(), self.agents.of_frame());
+        if let Some(pixels) = self.agents.pixels.as_mut().filter(|_| agent == rendering) {
+            let Shared { memory, observer, .. } = shared;
+            return pixels.step(now, memory, |_, at| AccessPattern::Run(at), *observer);
+        }
+        let Agents { gradients, work, .. } = &mut *self.agents;
+        let work = work.as_ref().expect("units have something to do");
+        gradients[agent - of_frame].step(now, work, shared)
     }
 
     /// Cores act after CCUs in the same cycle.
     #[inline]
     fn woken(&mut self) -> Option<Range<usize>> {
-        let all = self.agents.ccus.len()..self.agents.ccus.len() + self.agents.cores.len();
-        self.shared.lists.take_growth().then_some(all)
+        let (ccus, rendering) = (self.agents.ccus.len(), self.agents.rendering());
+        if self.shared.handed.as_mut().is_some_and(HandedTiles::take_change) {
+            self.shared.lists.take_growth();
+            return Some(ccus..self.agents.all());
+        }
+        self.shared.lists.take_growth().then_some(ccus..rendering)
     }
 
     #[inline]
@@ -248,6 +284,8 @@ pub struct Outcome {
     pub timing: FrameTiming,
     /// DRAM bytes, speculation included.
     pub traffic: Traffic,
+    /// What follows the frame, where it is trained on.
+    pub step: Option<StepSummary>,
     /// Actions of speculative work that was not used.
     pub speculation: ActionCounts,
     /// Whether unit rules from outside of the crate kept to their contract.
@@ -267,6 +305,7 @@ pub(crate) fn run<O: Observer>(
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.tiles().schedule.overlap;
+    let work = GradientWork::new(workload, units, &context);
     let layout = Layout::new(workload, units, plan, &context);
     let memory = TileMemory::new(layout, &STREAMS, machine, context.calibration);
     let mut shared = Shared {
@@ -282,18 +321,20 @@ pub(crate) fn run<O: Observer>(
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),
+        handed: work.as_ref().filter(|work| work.is_behind()).map(|w| HandedTiles::new(w.cores())),
         rule_check: RuleCheck::new(instances(units)),
         observer,
     };
-    let mut agents =
-        Agents::new(units, &machine.tiles().pixels, &context, shared.memory.layout().known());
+    let spec = &machine.tiles().pixels;
+    let mut agents = Agents::new(units, spec, &context, shared.memory.layout(), work);
     let (ccus, all) = (agents.ccus.len(), agents.all());
     let (begins, all) = match agents.pixels.is_some() && machine.tiles().pixels.source.is_first() {
         true => {
-            agents.drive(all - 1..all, 0, &mut shared);
+            let unit = agents.rendering();
+            agents.drive(unit..unit + 1, 0, &mut shared);
             let begins = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
             agents.account(begins, shared.observer);
-            (begins, all - 1)
+            (begins, unit)
         }
         false => (0, all),
     };
@@ -313,8 +354,14 @@ pub(crate) fn run<O: Observer>(
     };
     let known = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
     let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end.max(known), u64::max);
-    let shared = finish(&mut agents, frame, shared);
-    outcome(&agents, preprocessing_end, frame, shared)
+    let (mut end, mut step) = (frame, None);
+    if agents.work.is_some() {
+        agents.account(frame, shared.observer);
+        let ends = gradient_stage::follow(&mut agents, frame, &mut shared);
+        (end, step) = (ends[StepPart::Update as usize], Some(StepSummary::between(frame, ends)));
+    }
+    let shared = finish(&mut agents, end, shared);
+    Outcome { step, ..outcome(&agents, preprocessing_end, end, shared) }
 }
 
 /// What CCUs do with the records at first.
@@ -360,6 +407,10 @@ fn outcome<O: Observer>(
     if let Some(pixels) = &agents.pixels {
         unit_cycles.push(cycles(PXU, 1, [&pixels.account.ledger].into_iter()));
     }
+    if agents.work.is_some() {
+        let accounts = agents.gradients.iter().map(|unit| &unit.booked().ledger);
+        unit_cycles.push(cycles(GRU, 1, accounts));
+    }
     if units.colour.is_some() {
         unit_cycles.push(cycles(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
     }
@@ -374,7 +425,8 @@ fn outcome<O: Observer>(
         FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
     let traffic = shared.memory.traffic();
     let recording = if shared.observer.wants_times() { shared.memory.recording() } else { None };
-    Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }
+    let rule_check = shared.rule_check;
+    Outcome { timing, traffic, step: None, speculation, rule_check, recording }
 }
 
 /// Units of all kinds in the machine.

@@ -23,10 +23,11 @@ use crate::stage::{
     Bias, StageDecl, buffer, buffer_id, omit, part, sram_read, sram_write, stage_id, work, work_id,
 };
 use crate::workload::blend::TileBlend;
-use crate::workload::{FrameWorkload, TileList};
+use crate::workload::{FrameWorkload, STORAGE_BLOCK, TileList};
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::{ActionCounts, ActionId, BufferId, Memory, Phase, StageId};
 use powergs_frame::scene::Eye;
+use powergs_frame::splat::Ellipse;
 use rayon::prelude::*;
 
 use crate::kernel::stream::{reads, writes};
@@ -114,6 +115,7 @@ impl Default for PixelsSpec {
             region: 64,
             stride: 16,
             pattern: SamplePattern::Random,
+            filter: false,
             per_cycle: 1,
             buffer: BufferSpec {
                 capacity: Bytes(52 << 10),
@@ -347,13 +349,18 @@ impl SourceFrame<'_> {
         if spec.period > 0 && frame % spec.period == 0 {
             return found;
         }
-        let lists: Vec<TileList> = (0..workload.tiles.len())
+        let tiles: Vec<(TileList, Vec<u32>)> = (0..workload.tiles.len())
             .into_par_iter()
             .map(|tile| sampled_tile(spec, workload, tile, frame))
             .collect();
+        let (lists, tests): (Vec<TileList>, Vec<Vec<u32>>) = tiles.into_iter().unzip();
         let finished = lists.iter().filter_map(|list| list.finished);
         found.summary.rendered = finished.map(u64::from).sum();
-        found.made = Some(Box::new(workload.with_some_lists(lists)));
+        let mut made = workload.with_some_lists(lists);
+        if spec.filter {
+            filtered(&mut made, workload, &tests);
+        }
+        found.made = Some(Box::new(made));
         found
     }
 }
@@ -444,8 +451,35 @@ fn seen(workload: &FrameWorkload, tile: usize) -> SeenTile {
 /// What of the light behind reaches the eye where a pixel is, in depth.
 const HALF: f32 = 0.5;
 
-/// A tile of which some pixels are rendered.
-fn sampled_tile(spec: &PixelsSpec, workload: &FrameWorkload, tile: usize, frame: u32) -> TileList {
+/// Says of a frame how many pixels each splat was tested at before it came into lists; the tests
+/// are those of the entries of the tiles of `workload`, in the order of their lists.
+fn filtered(made: &mut FrameWorkload, workload: &FrameWorkload, tests: &[Vec<u32>]) {
+    let mut blocks = vec![0u32; made.storage.len()];
+    let mut all = 0u64;
+    for (work, tests) in workload.tiles.iter().zip(tests) {
+        for (&rank, &tests) in workload.list_of(work).iter().zip(tests) {
+            all += u64::from(tests);
+            let block = workload.index[rank as usize] as usize / STORAGE_BLOCK as usize;
+            if let Some(own) = blocks.get_mut(block) {
+                *own += tests;
+            }
+        }
+    }
+    let mut sum = 0u32;
+    for (prefix, own) in made.storage.iter_mut().zip(blocks) {
+        sum = sum.saturating_add(own);
+        (prefix.tests, prefix.prepared) = (sum, 0);
+    }
+    (made.counters.obb_tests, made.counters.obb_prepared) = (all, 0);
+}
+
+/// A tile of which some pixels are rendered, and at how many each entry of its list is tested.
+fn sampled_tile(
+    spec: &PixelsSpec,
+    workload: &FrameWorkload,
+    tile: usize,
+    frame: u32,
+) -> (TileList, Vec<u32>) {
     let mut list = own_list(workload, tile);
     let (x0, y0, x1, y1) = workload.pixels_of(tile);
     let mut pixels = TileBlend::new(workload, tile, list.ranks.len() as u32);
@@ -465,10 +499,47 @@ fn sampled_tile(spec: &PixelsSpec, workload: &FrameWorkload, tile: usize, frame:
         }
     }
     if finished == 0 {
-        return none(workload, tile);
+        return (none(workload, tile), vec![0; list.ranks.len()]);
     }
     (list.iterated, list.finished) = (pixels.iterated, Some(finished));
-    list
+    if spec.filter { filtered_list(workload, tile, list) } else { (list, Vec::new()) }
+}
+
+/// A list with those entries that reach a pixel that is rendered, and at how many of them each is
+/// tested: those in its bounding square.
+fn filtered_list(workload: &FrameWorkload, tile: usize, list: TileList) -> (TileList, Vec<u32>) {
+    let splats = &workload.pixels.as_ref().expect("binned with its pixels").splats;
+    let (x0, y0, x1, _) = workload.pixels_of(tile);
+    let bytes = workload.geometry.bitmap_bytes();
+    let width = (x1 - x0) as usize;
+    let place = |i: usize| [x0 + (i % width) as u32, y0 + (i / width) as u32];
+    let rendered: Vec<usize> = (0..list.iterated.len()).filter(|&i| list.iterated[i] > 0).collect();
+    let mut kept = TileList { iterated: vec![0; list.iterated.len()], ..TileList::default() };
+    let mut tests = Vec::with_capacity(list.ranks.len());
+    for (at, &rank) in (0_u32..).zip(&list.ranks) {
+        let splat = &splats[rank as usize];
+        let (radius, ellipse) = (f64::from(splat.radius()), Ellipse::of(splat));
+        let is_near = |i: usize| {
+            let near = |n: u32, mean: f32| (f64::from(n) - f64::from(mean)).abs() <= radius;
+            let [x, y] = place(i);
+            near(x, splat.mean[0]) && near(y, splat.mean[1])
+        };
+        let reaches = |i: usize| {
+            let [x, y] = place(i).map(i64::from);
+            ellipse.as_ref().is_some_and(|ellipse| ellipse.reaches(x, y))
+        };
+        tests.push(rendered.iter().filter(|&&i| is_near(i)).count() as u32);
+        if !rendered.iter().any(|&i| reaches(i)) {
+            continue;
+        }
+        let start = at as usize * bytes;
+        kept.ranks.push(rank);
+        kept.bitmaps.extend(&list.bitmaps[start..start + bytes]);
+        // A pixel has gone through what it went through before, as far as it is still there.
+        let until = kept.ranks.len() as u32;
+        rendered.iter().filter(|&&i| list.iterated[i] > at).for_each(|&i| kept.iterated[i] = until);
+    }
+    (TileList { finished: list.finished, blends: list.blends, ..kept }, tests)
 }
 
 /// Whether a pixel is that of its cell.

@@ -62,12 +62,17 @@ pub(super) fn refer(reference: &mut Machine) {
     let gsu = &mut m.gsu;
     (gsu.qsu_per_core, gsu.keys_per_cycle, gsu.qsu_latency) = (4, 1, 10);
     (gsu.bsu_per_core, gsu.bsu_width, gsu.bsu_latency, gsu.queue) = (2, 16, 4, 1);
+    let kept = &mut m.gradients.buffer.capacity;
+    // What a core keeps decides what goes through the memory.
+    *kept = Bytes(kept.0 / u64::from(m.vru.cores.max(1)) * u64::from(CORES));
+    let g = &mut m.gradients;
+    (g.lanes, g.sum_cycles, g.operations_per_cycle) = (1 << 12, 1, 1 << 16);
     let vru = &mut m.vru;
     (vru.cores, vru.units_per_core) = (CORES, UNITS_PER_CORE.max(m.geometry.subtiles()));
     (vru.pixels_per_unit, vru.latency, vru.recurrence, vru.blend_stall) = (4, 16, 4, 0);
     (vru.subtile_skipping, vru.tile_overlap, vru.stop_latency) = (true, false, 0);
     vru.implementation = VruImpl::Serial;
-    (vru.subtile_queue, vru.pixel_state) = (1, Bytes(0));
+    (vru.subtile_queue, vru.pixel_state, vru.entries_per_cycle) = (1, Bytes(0), 1);
     (vru.colour_operations_per_cycle, vru.colour_latency) = (OPERATIONS, 16);
     // A look-up takes a cycle.
     (m.codebook.word, m.codebook.banks) = (m.codebook.entry, 1);

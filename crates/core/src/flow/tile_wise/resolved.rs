@@ -1,7 +1,9 @@
 //! Resolved unit parameters: a machine as its units, with the share of each buffer that one unit or
 //! core has to itself.
 
+use crate::flow::steps::TrainingSpec;
 use crate::flow::tile_wise::BinningImpl;
+use crate::flow::tile_wise::GradientsSpec;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::Ccu;
@@ -50,6 +52,8 @@ pub struct ResolvedUnits {
     pub shares: Shares,
     /// Bytes of a word of the feature cache.
     pub cache_word: u64,
+    /// What gradient units do; `None` on machines that do not train.
+    pub gradients: Option<(TrainingSpec, GradientsSpec)>,
     /// The rules of the units.
     pub rules: UnitRules,
 }
@@ -130,7 +134,9 @@ impl ResolvedUnits {
             Banks::new(&buffers.tile_list),
         );
         Self {
-            ccu: converter.with_lists(lists, binning.pointer_size.0),
+            ccu: converter
+                .with_lists(lists, binning.pointer_size.0)
+                .with_filter(machine.tiles().pixels.filters()),
             qsu: Qsu {
                 spec: gsu.clone(),
                 chunk,
@@ -157,6 +163,8 @@ impl ResolvedUnits {
             dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
             shares,
             cache_word: machine.tiles().cache.word.0,
+            gradients: (machine.tiles().training.interval > 0)
+                .then(|| (machine.tiles().training.clone(), machine.tiles().gradients.clone())),
             rules: machine.tiles().rules.clone(),
         }
     }

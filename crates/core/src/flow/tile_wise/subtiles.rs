@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Grain, LaneMap, Leaders, PixelReach, RowShare, TESTED_SIDE};
+use super::lanes::{Grain, LaneMap, Leaders, PixelReach, RowShare, TESTED_SIDE, TogetherUnits};
 use crate::flow::tile_wise::{Termination, VruImpl, VruSpec};
 use crate::kernel::MemoKey;
 use crate::workload::{ChunkWork, FrameWorkload};
@@ -49,12 +49,7 @@ pub enum SubtileWay {
         units: u32,
     },
     /// All units work on what an entry reaches together.
-    Together {
-        /// What that is.
-        grain: Grain,
-        /// Pixels that they take in a cycle.
-        lanes: u64,
-    },
+    Together(TogetherUnits),
 }
 
 /// Everything that the cycles of a chunk depend on besides the frame.
@@ -123,7 +118,13 @@ impl Discipline {
         }
         let depth = spec.subtile_queue;
         let lanes = u64::from(spec.units_per_core);
-        let together = |grain| SubtileWay::Together { grain, lanes };
+        let recurrence = u64::from(spec.recurrence);
+        let entries = match spec.implementation {
+            VruImpl::Pixels => u64::from(spec.entries_per_cycle),
+            _ => 1,
+        };
+        let together =
+            |grain| SubtileWay::Together(TogetherUnits { grain, lanes, recurrence, entries });
         let way = match spec.implementation {
             VruImpl::Parallel => SubtileWay::Parallel { depth },
             VruImpl::Serial => SubtileWay::Interleaved { swap: 0 },
@@ -154,7 +155,7 @@ impl Discipline {
     /// Whether what units work on is counted pixel by pixel ([`ChunkRun::reach`]).
     pub(super) fn counts_pixels(&self) -> bool {
         use SubtileWay::{Rows, Tested, Together};
-        matches!(self.way, Tested { .. } | Rows { .. } | Together { .. })
+        matches!(self.way, Tested { .. } | Rows { .. } | Together(_))
     }
 
     /// Cycles of the pair of an entry at list position `at` and a sub-tile.
@@ -192,7 +193,7 @@ pub fn runs(workload: &FrameWorkload, discipline: &Discipline) -> Vec<ChunkRun> 
                 SubtileWay::Parallel { depth }
                 | SubtileWay::Tested { depth, .. }
                 | SubtileWay::Rows { depth, .. } => tile.parallel(depth, scratch),
-                SubtileWay::Together { grain, lanes } => tile.together(grain, lanes),
+                SubtileWay::Together(units) => tile.together(&units),
             }
         })
         .collect();
@@ -685,10 +686,9 @@ impl<'a> Tile<'a> {
         }
     }
 
-    fn together(&self, grain: Grain, lanes: u64) -> Vec<ChunkRun> {
+    fn together(&self, units: &TogetherUnits) -> Vec<ChunkRun> {
         let Some(tile) = &self.lanes else { return Vec::new() };
         let end = self.ends.iter().copied().max().unwrap_or(0);
-        let Discipline { recurrence, stop_latency, .. } = *self.discipline;
-        tile.together(self.chunks, (grain, lanes, recurrence), (end, stop_latency))
+        tile.together(self.chunks, units, (end, self.discipline.stop_latency))
     }
 }

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
+pub use super::gradients::GradientsSpec;
 use super::rules::UnitRules;
+pub use crate::flow::steps::TrainingSpec;
 use crate::machine::{BufferSpec, Machine, Ports};
 use crate::workload::binning::ListShape;
 use crate::workload::{FrameDetail, Geometry};
@@ -59,6 +61,12 @@ pub struct TileWise {
     /// Which pixels are rendered, and where the others come from.
     #[serde(default)]
     pub pixels: PixelsSpec,
+    /// What comes behind a frame that is trained on.
+    #[serde(default)]
+    pub training: TrainingSpec,
+    /// Units that find gradients by what was blended.
+    #[serde(default)]
+    pub gradients: GradientsSpec,
     /// Which tile goes where, and what may overlap.
     pub schedule: ScheduleSpec,
     /// Timing rules from outside of this program.
@@ -71,7 +79,7 @@ crate::flow::flow_tables!(
     super::TileWiseFlow,
     [
         geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, stereo, pixels,
-        schedule,
+        training, gradients, schedule,
     ]
 );
 
@@ -128,7 +136,8 @@ impl TileWise {
             pixels: self.vru.implementation.needs_pixels()
                 || self.stereo.implementation == StereoImpl::Derived
                 || self.gsu.keeps_lists()
-                || self.pixels.source != PixelSource::All,
+                || self.pixels.source != PixelSource::All
+                || self.training.interval > 0,
             whole: self.vru.termination == Termination::None,
         }
     }
@@ -147,7 +156,9 @@ impl TileWise {
                 let sizes = [both(p.entry.0), both(p.buffer.capacity.0)].concat();
                 [&[p.ids, p.ways, p.region][..], &sizes].concat()
             }
-            PixelSource::Sampled => vec![p.period, p.stride, p.pattern as u32],
+            PixelSource::Sampled => {
+                vec![p.period, p.stride, p.pattern as u32, u32::from(p.filter)]
+            }
         };
         Some([vec![p.source as u32], of].concat())
     }
@@ -177,6 +188,8 @@ impl TileWise {
             cache,
             stereo,
             pixels,
+            training,
+            gradients,
             schedule,
             rules,
         } = self;
@@ -201,6 +214,9 @@ impl TileWise {
         }
         if pixels.source != PixelSource::All {
             add(serde_json::to_vec(pixels));
+        }
+        if training.interval > 0 {
+            add(serde_json::to_vec(&(training, gradients)));
         }
         for (unit, rule) in rules.names() {
             bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
@@ -665,6 +681,11 @@ pub struct VruSpec {
     #[serde(default = "queued_entries")]
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
     pub subtile_queue: u32,
+    /// Entries that leave the feature buffer in a cycle: units that take single pixels put so many
+    /// Gaussians of one together at a time.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 256), extend("x-unit" = "entries/cycle"))]
+    pub entries_per_cycle: u32,
     /// Leader pixels that a test unit looks at in a cycle.
     #[serde(default = "leaders")]
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels per cycle"))]
@@ -709,6 +730,10 @@ fn quad() -> u32 {
 /// A131.
 fn divisions() -> u32 {
     4
+}
+
+fn one() -> u32 {
+    1
 }
 
 fn skips() -> bool {
@@ -1095,6 +1120,9 @@ pub struct PixelsSpec {
     pub stride: u32,
     /// Which one.
     pub pattern: SamplePattern,
+    /// Whether lists have only Gaussians that reach a pixel that is rendered: CCUs evaluate α at
+    /// those in its bounding square, `ccu.intersection-units` a cycle.
+    pub filter: bool,
     /// Pixels that the unit moves, or looks up, in a cycle.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels"))]
     pub per_cycle: u32,
@@ -1103,6 +1131,11 @@ pub struct PixelsSpec {
 }
 
 impl PixelsSpec {
+    /// Whether CCUs test pixels.
+    pub fn filters(&self) -> bool {
+        self.source == PixelSource::Sampled && self.filter
+    }
+
     /// Bytes that are kept of a pixel beside its colour.
     pub fn kept(&self) -> Bytes {
         if self.source == PixelSource::Warped { self.depth } else { Bytes(0) }

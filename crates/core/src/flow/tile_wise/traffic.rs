@@ -3,10 +3,12 @@
 //! Nothing here depends on time. The pipeline moves the same bytes request by request; every run
 //! checks that both agree.
 
+use crate::flow::steps::StepPart;
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::batch::Batch;
 use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::cache;
+use crate::flow::tile_wise::gradients::GradientWork;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;
 use crate::flow::tile_wise::schedule::{Job, Plan, SortProgress};
@@ -136,7 +138,15 @@ pub(crate) fn traffic(
         read: loads.map(|load| load.bytes(units)).sum::<u64>() + known_in,
         write: pixels + known_out,
     };
-    Traffic { stages: [preprocessing, sorting, rendering] }
+    let mut stages = [preprocessing, sorting, rendering];
+    if let Some(gradients) = GradientWork::new(workload, units, context) {
+        for part in StepPart::ALL {
+            let [read, write] = gradients.bytes(part);
+            let stage = &mut stages[part.phase() as usize];
+            (stage.read, stage.write) = (stage.read + read, stage.write + write);
+        }
+    }
+    Traffic { stages }
 }
 
 /// All actions of a frame, without speculation.
@@ -182,6 +192,9 @@ pub(super) fn actions(
     }
     if let Some(some) = context.pixels {
         some.charge(&mut actions);
+    }
+    if let Some(gradients) = GradientWork::new(workload, units, context) {
+        gradients.charge(&mut actions);
     }
     if context.hits.is_some() && !context.derived {
         let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));

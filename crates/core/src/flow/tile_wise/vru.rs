@@ -98,8 +98,15 @@ pub const VRU: StageDecl = StageDecl {
         ),
         part(
             "recurrence",
-            "Inverse of `vru.recurrence`: a shorter loop through the transmittance.",
-            |m| f64::from(m.of_type::<VruSpec>().recurrence).recip(),
+            "`vru.entries-per-cycle` over `vru.recurrence`: a shorter loop through the transmittance.",
+            |m| {
+                let vru = m.of_type::<VruSpec>();
+                let entries = match vru.implementation {
+                    VruImpl::Pixels => vru.entries_per_cycle,
+                    _ => 1,
+                };
+                f64::from(entries) / f64::from(vru.recurrence)
+            },
         ),
         part(
             "queue",

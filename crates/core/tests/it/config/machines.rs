@@ -44,10 +44,24 @@ fn banks_are_the_shares_of_units_and_cores() {
     let inventory = Machine::parse(gscore()).expect("gscore").inventory();
     let kib: Vec<(u64, u32)> =
         inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
-    let (kib, others) = kib.split_at(11);
+    let (kib, others) = kib.split_at(13);
     assert!(others.iter().all(|other| *other == (0, 0)), "of other dataflows: {others:?}");
     let none = (0, 0);
-    let all = [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), none, none, none, (2, 8), (1, 8), none];
+    let all = [
+        (1, 8),
+        (4, 8),
+        (2, 32),
+        (16, 8),
+        (1, 16),
+        none,
+        none,
+        none,
+        none,
+        none,
+        (2, 8),
+        (1, 8),
+        none,
+    ];
     assert_eq!(kib, all);
 }
 

@@ -11,10 +11,10 @@ use powergs_energy::{Prices, same_costs};
 use toml::{Table, Value};
 
 /// Keys of which less is better: they are halved.
-const LESS_IS_BETTER: [&str; 2] = ["vru.recurrence", "vru.blend-stall"];
+const LESS_IS_BETTER: [&str; 3] = ["vru.recurrence", "vru.blend-stall", "gradients.sum-cycles"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 21] = [
+const FREE: [(&str, &str); 24] = [
     ("ccu.operations", "the work of a conversion, in somebody's count"),
     ("binning.pointer-size", "bytes in DRAM, and in buffers that have a price"),
     ("binning.line", "bytes that are written together, out of a buffer that has a price"),
@@ -23,6 +23,9 @@ const FREE: [(&str, &str); 21] = [
     ("record", "bytes that are moved: paid for as work"),
     ("fovea.record", "as `record`"),
     ("fovea.feature", "as `record`"),
+    ("training", "work of a step: paid for as work"),
+    ("gradients.kept", "as `record`"),
+    ("gradients.pixels", "an order of work; what is kept of it has a price"),
     ("ccu.latency", "depth of the published pipeline: what the clock makes of the logic"),
     ("gsu.qsu-latency", "as `ccu.latency`"),
     ("gsu.bsu-latency", "as `ccu.latency`"),
@@ -39,7 +42,7 @@ const FREE: [(&str, &str); 21] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 16] = [
+const BASE: [&str; 18] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
@@ -56,6 +59,8 @@ const BASE: [&str; 16] = [
     "record.feature-source=nobody",
     "vru.colour-operations-per-cycle=133",
     "codebook.entries=1024",
+    "training.interval=2",
+    "gradients.sum-cycles=2",
 ];
 
 /// With each kind of price of the memory.

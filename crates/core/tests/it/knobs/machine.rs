@@ -34,8 +34,11 @@ impl Base {
 
     /// Whether its dataflow has such a key.
     fn may_have(&self, doc: &KeyDoc) -> bool {
-        let flow = flow::of_table(doc.path.split('.').next().unwrap_or_default());
-        flow.is_none_or(|flow| Some(flow.key()) == self.values["dataflow"].as_str())
+        let table = doc.path.split('.').next().unwrap_or_default();
+        let flow = flow::of_table(table);
+        // Some tables are of several dataflows.
+        self.values.contains_key(table)
+            || flow.is_none_or(|flow| Some(flow.key()) == self.values["dataflow"].as_str())
     }
 
     /// Whether its tables say the rate of its memory.

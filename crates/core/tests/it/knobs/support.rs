@@ -149,8 +149,9 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
 /// The frames on a machine, with a memo each.
 fn timed(machine: &Machine, memos: &[Memo], checks_order: bool) -> Vec<Result<Timed, SimError>> {
     let (works, handed) = (works(machine), handed(machine));
-    // Machines without accumulators for levels see plain frames only.
-    let shows_levels = machine.tables.get::<FoveaSpec>().is_some_and(|f| f.accumulators > 0);
+    // Machines without accumulators for levels see plain frames only, and so do those that train.
+    let shows_levels = machine.tables.get::<FoveaSpec>().is_some_and(|f| f.accumulators > 0)
+        && !machine.flow().trains(machine);
     let frames = (0..).zip(works.iter()).take(if shows_levels { FRAMES + 1 } else { FRAMES });
     let task = |(frame, work): (usize, _)| FrameTask {
         frame,

@@ -82,6 +82,8 @@ fn unlinked() -> Machine {
         tables: Tables::new(TileWise {
             stereo: StereoSpec::default(),
             pixels: PixelsSpec::default(),
+            training: TrainingSpec::default(),
+            gradients: GradientsSpec::default(),
             geometry: Geometry::REFERENCE,
             record: RecordSpec {
                 position: Bytes(6),
@@ -148,6 +150,7 @@ fn unlinked() -> Machine {
                 spiky_from: 3,
                 divisions_per_cycle: 4,
                 subtile_queue: 16,
+                entries_per_cycle: 1,
                 pixel_state: Bytes(8),
                 stop_latency: 0,
                 colour_operations_per_cycle: 133,

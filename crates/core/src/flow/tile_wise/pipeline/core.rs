@@ -65,7 +65,7 @@ impl Core {
         self.list_fetch.release_sorted(now);
         self.render.retire(now, &mut self.features, &shared.memory);
         self.render.write_pixels(now, shared);
-        self.render.begin(now, &mut self.features, &shared.memory);
+        self.render.begin(now, &mut self.features, shared);
         self.list_fetch.advance(now, &mut self.issue, shared);
         let (list_fetch, features) = (&mut self.list_fetch, &mut self.features);
         self.issue.step(&mut ChunkIssuePorts { now, list_fetch, features, shared });
@@ -82,7 +82,7 @@ impl Core {
     }
 
     fn states<O>(&mut self, now: u64, shared: &Shared<O>) -> [State; 4] {
-        let vru = match self.render.state(now, &self.features, &shared.memory) {
+        let vru = match self.render.state(now, &self.features, shared) {
             Some(state) => state,
             // The feature buffer is full of dropped chunks whose reads are in flight.
             None if self.issue.has_job() => State::Stalled(FEATURES),

@@ -101,15 +101,18 @@ impl RenderStage {
         let pattern = |layout: &Layout| layout.pixels(tile, bytes);
         let write = shared.issue(now, self.owner, PIXELS, bytes, pattern);
         self.writing.push((write, bytes));
+        if let Some(handed) = &mut shared.handed {
+            handed.hand(self.ledger.instance(), tile);
+        }
         self.end = self.end.max(shared.memory.known_end(write));
     }
 
-    /// Begins the next chunk if the VRU is free.
-    pub(crate) fn begin(&mut self, now: u64, features: &mut FeatureQueue, memory: &TileMemory) {
-        if self.rendering.is_some() || self.finished.is_some() {
+    /// Begins the next chunk if the VRU is free, and the next tile if what is kept of it has room.
+    pub(crate) fn begin<O>(&mut self, now: u64, features: &mut FeatureQueue, shared: &Shared<O>) {
+        if self.rendering.is_some() || self.finished.is_some() || self.is_held(shared) {
             return;
         }
-        let Some(chunk) = features.pop_ready(now, memory) else { return };
+        let Some(chunk) = features.pop_ready(now, &shared.memory) else { return };
         // While the VRU waited for the chunk, the queues of the tile went on (A85).
         let waited = now - self.idle_since;
         let busy = now + chunk.cycles - chunk.backlog.min(waited);
@@ -118,17 +121,26 @@ impl RenderStage {
         self.last_tile = chunk.tile;
     }
 
+    /// Whether the next tile waits for gradients of tiles before.
+    fn is_held<O>(&self, shared: &Shared<O>) -> bool {
+        let core = self.ledger.instance();
+        self.tile_since.is_none()
+            && shared.handed.as_ref().is_some_and(|handed| !handed.admits(core))
+    }
+
     /// State of the VRU after the events of cycle `now`; `None` when it has no chunk.
-    pub(crate) fn state(
+    pub(crate) fn state<O>(
         &self,
         now: u64,
         features: &FeatureQueue,
-        memory: &TileMemory,
+        shared: &Shared<O>,
     ) -> Option<State> {
+        let memory = &shared.memory;
         match (&self.rendering, self.finished, features.first()) {
             (Some(r), _, _) if r.busy > now => Some(State::Busy(r.chunk.tile)),
             (Some(_), _, _) => Some(State::Stalled(Stall::BANK)),
             (None, Some(_), _) => Some(State::Stalled(Stall::OUTPUT)),
+            (None, None, Some(_)) if self.is_held(shared) => Some(State::Stalled(Stall::OUTPUT)),
             (None, None, Some(chunk)) if memory.at(chunk.features) > now => {
                 Some(State::Stalled(FEATURES))
             }

@@ -151,7 +151,7 @@ pub(super) fn step(list: &mut List) {
     time("reverse", "Time in which lists are gone through in reverse.", |s| s.reverse);
     time("chain", "Time in which gradients by parameters are found.", |s| s.chain);
     time("update", "Time in which parameters are updated.", |s| s.update);
-    let flows = || vec![gpu::FLOW.flow.key(), resident::FLOW.flow.key()];
+    let flows = || [gpu::FLOW, resident::FLOW, tile_wise::FLOW].map(|own| own.flow.key()).to_vec();
     list[first..].iter_mut().for_each(|statistic| statistic.flows = flows());
 }
 

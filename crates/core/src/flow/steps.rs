@@ -1,0 +1,167 @@
+//! Steps of training: what comes behind the gradients of a frame's lists, on every machine that is
+//! no GPU (`training`; A145, A146).
+//!
+//! **Chain**: gradients of a Gaussian by mean, conic, opacity and colour become those by its
+//! parameters. **Update**: values, gradients and moments pass through the memory. Units take batches
+//! of Gaussians in turn.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use super::gpu::Updated;
+use crate::kernel::blocks::MovedBlock;
+use crate::machine::Optional;
+use powergs_base::quantity::Bytes;
+use powergs_energy::action::Phase;
+
+/// The `[training]` table: a frame is a step of training, with the loss, the lists in reverse and
+/// the update behind it.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct TrainingSpec {
+    /// Cycles of a lane for the gradients of a pixel by a Gaussian; on resident machines how often
+    /// as many as a step of the lanes takes. 0 for no training.
+    #[schemars(range(min = 0, max = 64), extend("x-unit" = "cycles"))]
+    pub interval: u32,
+    /// What is kept of a pixel between the frame and its gradients: gradient by its colour,
+    /// transmittance, colour.
+    pub state: Bytes,
+    /// What is added up for a Gaussian: gradients by mean, conic, opacity and colour.
+    pub record: Bytes,
+    /// Operations of the loss of a pixel, its gradient included.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
+    pub loss: u32,
+    /// Operations of a Gaussian with a region or tile: from these gradients to those by its
+    /// parameters.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
+    pub chain: u32,
+    /// Which Gaussians are updated.
+    pub update: Updated,
+    /// Times that the update reads and writes as much as the parameters.
+    #[schemars(range(min = 0, max = 16), extend("x-unit" = "accesses"))]
+    pub accesses: u32,
+    /// Operations of the update of a number.
+    #[schemars(range(min = 1, max = 10000), extend("x-unit" = "operations"))]
+    pub step: u32,
+}
+
+impl Default for TrainingSpec {
+    /// No training; what there is where the file says only the interval (A145).
+    fn default() -> TrainingSpec {
+        TrainingSpec {
+            interval: 0,
+            state: Bytes(28),
+            record: Bytes(36),
+            loss: 450,
+            chain: 420,
+            update: Updated::All,
+            accesses: 7,
+            step: 12,
+        }
+    }
+}
+
+/// The keys of a step, of every dataflow that has them.
+pub(super) const TRAINING: Optional = Optional {
+    what: "training",
+    switch: "training.interval",
+    keys: &[
+        "training.state",
+        "training.record",
+        "training.loss",
+        "training.chain",
+        "training.update",
+        "training.accesses",
+        "training.step",
+    ],
+    with: &["training.interval=2"],
+    is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
+};
+
+/// A part of a step behind its frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepPart {
+    /// The picture is compared with a photo.
+    Loss,
+    /// Lists are gone through in reverse.
+    Reverse,
+    /// Gradients by parameters.
+    Chain,
+    /// Parameters are updated.
+    Update,
+}
+
+impl StepPart {
+    /// All of them, in their order.
+    pub const ALL: [StepPart; 4] =
+        [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
+
+    /// The phase that its bytes and its energy are of.
+    pub const fn phase(self) -> Phase {
+        match self {
+            StepPart::Loss | StepPart::Reverse => Phase::Rendering,
+            StepPart::Chain | StepPart::Update => Phase::Preprocessing,
+        }
+    }
+}
+
+/// When the parts of a step ended.
+pub type StepEnds = [u64; StepPart::ALL.len()];
+
+/// Blocks of Gaussians of which a unit takes one after the other.
+const BATCH: u64 = 256;
+
+/// Gaussians of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct SteppedGaussians {
+    /// All of the scene.
+    pub points: u64,
+    /// Those with gradients.
+    pub touched: u64,
+    /// What of their gradients is in memory, records.
+    pub sums: u64,
+    /// Bytes of the geometry of one, and of all of it.
+    pub stored: [u64; 2],
+}
+
+impl TrainingSpec {
+    /// What units do for the gradients by parameters, block by block.
+    pub fn chain(&self, gaussians: &SteppedGaussians, units: usize) -> Vec<Vec<MovedBlock>> {
+        let SteppedGaussians { touched, sums, stored: [geometry, all], .. } = *gaussians;
+        let is_pose = self.update == Updated::Pose;
+        let (read, written) = if is_pose { (geometry, 0) } else { (all, all) };
+        let until = |n: u64| (u128::from(sums) * u128::from(n) / u128::from(touched)) as u64;
+        dealt(touched, units, |first, end| {
+            // What comes to a batch of what is spread over all.
+            let (own, sums) = (end - first, until(end) - until(first));
+            MovedBlock {
+                items: own * u64::from(self.chain) + sums * self.record.0.div_ceil(4),
+                read: sums * self.record.0 + own * read,
+                write: own * written,
+            }
+        })
+    }
+
+    /// What units do for the update, block by block.
+    pub fn update(&self, gaussians: &SteppedGaussians, units: usize) -> Vec<Vec<MovedBlock>> {
+        let updated = self.update.of(gaussians.points, gaussians.touched);
+        let accesses = u64::from(self.accesses);
+        dealt(updated, units, |first, end| {
+            let bytes = (end - first) * gaussians.stored[1];
+            MovedBlock {
+                items: bytes / 4 * u64::from(self.step),
+                read: bytes * accesses.div_ceil(2),
+                write: bytes * (accesses / 2),
+            }
+        })
+    }
+}
+
+/// Blocks of so many Gaussians, dealt round over units.
+fn dealt(all: u64, units: usize, block: impl Fn(u64, u64) -> MovedBlock) -> Vec<Vec<MovedBlock>> {
+    let mut dealt = vec![Vec::new(); units];
+    for (i, first) in (0..all).step_by(BATCH as usize).enumerate() {
+        dealt[i % units].push(block(first, (first + BATCH).min(all)));
+    }
+    dealt
+}

@@ -1,0 +1,179 @@
+//! Gradient units: one behind each core, and what follows the frame.
+
+use super::{Agents, Shared};
+use crate::flow::steps::{StepEnds, StepPart};
+use crate::flow::tile_wise::gradients::{GRU, GradientWork, streams};
+use crate::flow::tile_wise::layout::{AccessPattern, Layout};
+use crate::flow::tile_wise::vru::FEATURES;
+use crate::kernel::blocks::{BlockStream, BlockUnit};
+use crate::kernel::ledger::Account;
+use crate::kernel::timeline::Observer;
+
+/// Tiles between rendering units and gradient units.
+#[derive(Debug)]
+pub(super) struct HandedTiles {
+    /// Those that no gradient unit knows of, core by core.
+    handed: Vec<Vec<u32>>,
+    /// Those that are not done.
+    waiting: Vec<usize>,
+    /// Whether somebody has to look again.
+    changed: bool,
+}
+
+/// Tiles of a core that are kept at a time: one that is rendered, one whose gradients are found.
+const KEPT_TILES: usize = 2;
+
+impl HandedTiles {
+    pub(super) fn new(cores: usize) -> HandedTiles {
+        HandedTiles { handed: vec![Vec::new(); cores], waiting: vec![0; cores], changed: false }
+    }
+
+    /// Whether a core may begin a tile.
+    pub(super) fn admits(&self, core: u32) -> bool {
+        self.waiting[core as usize] < KEPT_TILES
+    }
+
+    /// A core has rendered a tile.
+    pub(super) fn hand(&mut self, core: u32, tile: u32) {
+        self.handed[core as usize].push(tile);
+        self.waiting[core as usize] += 1;
+        self.changed = true;
+    }
+
+    /// Whether somebody has to look again; asks once.
+    pub(super) fn take_change(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
+    }
+}
+
+/// The gradient unit of a core.
+#[derive(Debug)]
+pub(super) struct GradientUnit {
+    core: u32,
+    owner: u32,
+    stream: BlockStream,
+    /// The tiles of its blocks.
+    tiles: Vec<u32>,
+}
+
+impl GradientUnit {
+    /// One that waits for tiles.
+    pub(super) fn new(work: &GradientWork, core: u32, owner: u32, layout: &Layout) -> GradientUnit {
+        let own = StreamParts { work, layout, core, owner };
+        let account = Account::new(GRU, core);
+        let stream = own.stream(StepPart::Reverse, account, 0);
+        GradientUnit { core, owner, stream, tiles: Vec::new() }
+    }
+
+    pub(super) fn account(&mut self, now: u64, observer: &mut impl Observer) {
+        self.stream.account.up_to(now, observer);
+    }
+
+    /// Its account.
+    pub(super) fn booked(&self) -> &Account {
+        &self.stream.account
+    }
+
+    /// When what it had to do was done.
+    pub(super) fn end(&self) -> u64 {
+        self.stream.end
+    }
+
+    pub(super) fn step<O: Observer>(
+        &mut self,
+        now: u64,
+        work: &GradientWork,
+        shared: &mut Shared<O>,
+    ) -> u64 {
+        let Shared { memory, observer, handed, .. } = shared;
+        let core = self.core as usize;
+        if let Some(handed) = handed {
+            for tile in handed.handed[core].drain(..) {
+                self.stream.push(work.tile(tile));
+                self.tiles.push(tile);
+            }
+        }
+        let tiles = &self.tiles;
+        let next = self.stream.step(
+            now,
+            memory,
+            |ask, at| match tiles.get(ask.block) {
+                Some(&tile) => work.pattern(tile, ask, at),
+                None => AccessPattern::Run(at),
+            },
+            *observer,
+        );
+        if let Some(handed) = handed {
+            let left = self.stream.left();
+            // Only a core that was held has to look again.
+            handed.changed |= left < KEPT_TILES && handed.waiting[core] >= KEPT_TILES;
+            handed.waiting[core] = left;
+        }
+        next
+    }
+
+    /// Takes up a part of a step.
+    fn begin(&mut self, part: StepPart, work: &GradientWork, layout: &Layout, now: u64) {
+        let own = StreamParts { work, layout, core: self.core, owner: self.owner };
+        self.stream = own.stream(part, self.stream.account.clone(), now);
+        self.tiles.clear();
+        if part == StepPart::Reverse {
+            let tiles = layout.tiles().iter().skip(self.core as usize).step_by(work.cores());
+            for &tile in tiles {
+                self.stream.push(work.tile(tile));
+                self.tiles.push(tile);
+            }
+        }
+    }
+}
+
+/// What follows a frame that ended in cycle `frame`; returns when its parts ended.
+pub(super) fn follow<'a, O: Observer>(
+    agents: &mut Agents<'a>,
+    frame: u64,
+    shared: &mut Shared<'a, O>,
+) -> StepEnds {
+    let which = agents.of_frame()..agents.all();
+    let mut end = frame;
+    StepPart::ALL.map(|part| {
+        let Agents { gradients, work: Some(work), .. } = &mut *agents else { return end };
+        let is_done = work.is_behind() && matches!(part, StepPart::Loss | StepPart::Reverse);
+        if !is_done {
+            for unit in gradients.iter_mut() {
+                unit.account(end, shared.observer);
+                unit.begin(part, work, shared.memory.layout(), end);
+            }
+            agents.drive(which.clone(), end, shared);
+        }
+        if part != StepPart::Loss || !is_done {
+            end = agents.gradients.iter().map(GradientUnit::end).fold(end, u64::max);
+        }
+        end
+    })
+}
+
+/// What a stream of a unit is made of.
+struct StreamParts<'a> {
+    work: &'a GradientWork<'a>,
+    layout: &'a Layout<'a>,
+    core: u32,
+    owner: u32,
+}
+
+impl StreamParts<'_> {
+    /// Of a part of a step, from cycle `begins` on.
+    fn stream(&self, part: StepPart, account: Account, begins: u64) -> BlockStream {
+        let (bytes, places) = (self.work.bytes(part), self.layout.step(part));
+        let share = |way: usize| bytes[way] / self.work.cores() as u64 * u64::from(self.core);
+        let unit = BlockUnit {
+            stage: GRU,
+            owner: self.owner,
+            rate: self.work.rate(part),
+            streams: streams(part),
+            places: [places[0] + share(0), places[1] + share(1)],
+            waits: FEATURES,
+        };
+        let blocks = self.work.blocks(part);
+        BlockStream::resumed(unit, &blocks[self.core as usize], account, begins)
+    }
+}

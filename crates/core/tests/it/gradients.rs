@@ -1,0 +1,242 @@
+//! Steps of training on tile-wise machines (A146), against loops that know only pixels.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use powergs_base::quantity::{Bytes, Nanoseconds};
+use powergs_core::flow::steps::Updated;
+use powergs_core::flow::tile_wise::{FoveaSpec, Overlap, PixelSource, ResolvedUnits, VruImpl};
+use powergs_core::flow::{FlowOutcome, FrameTask, History};
+use powergs_core::kernel::Memo;
+use powergs_core::machine::{DramModel, Machine};
+use powergs_core::stage::{stage_id, work_id};
+use powergs_core::workload::{FrameWorkload, bin_for};
+use powergs_energy::action::{ActionId, Phase};
+use powergs_frame::trace::Frame;
+
+use crate::pipeline::support::{gscore, set_rate};
+use crate::workload::support::{dense_frame, small_frame};
+
+fn machine(change: impl Fn(&mut Machine)) -> Machine {
+    let mut machine = gscore();
+    let m = machine.tiles_mut();
+    m.fovea = FoveaSpec::default();
+    m.training.interval = 1;
+    // A memory that takes no time to speak of: what is left is arithmetic.
+    machine.dram.model = DramModel::Bandwidth;
+    set_rate(&mut machine, 1e14);
+    (machine.dram.latency, machine.dram.channels) = (Nanoseconds(0.0), 1);
+    change(&mut machine);
+    machine
+}
+
+fn run(machine: &Machine, frame: &Frame) -> (FlowOutcome, FrameWorkload) {
+    let tiles = machine.tiles();
+    let workload = bin_for(frame, tiles.geometry, tiles.detail());
+    let (memo, flow) = (Memo::default(), machine.flow());
+    let mut history = History::default();
+    let before = flow.hand_over(machine, &workload, None, &mut history);
+    let task = FrameTask { before: before.as_ref(), ..FrameTask::first(machine, &workload, &memo) };
+    (flow.run(&task, None).expect("it runs"), workload)
+}
+
+/// Slots of the splats that a pixel of a tile blends, from the back, and how many blends there are.
+fn met(w: &FrameWorkload, tile: usize) -> (Vec<u32>, u64) {
+    let pixels = w.pixels.as_ref().expect("asked for");
+    let (x0, y0, x1, y1) = w.pixels_of(tile);
+    let list = w.list_of(&w.tiles[tile]);
+    let (mut met, mut blends) = (Vec::new(), 0);
+    for (at, &rank) in list.iter().enumerate().rev() {
+        let at = at as u32;
+        let splat = &pixels.splats[rank as usize];
+        let mut here = 0;
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let stop = pixels.iterated[(y * w.width + x) as usize];
+                here += u64::from(stop > at && crate::pixels::alpha(splat, x, y) > 0.0);
+            }
+        }
+        blends += here;
+        if here > 0 {
+            met.push(w.slot[rank as usize]);
+        }
+    }
+    (met, blends)
+}
+
+/// How often a cache of so many sums in one set fetches one, lets one go, and what it has at the
+/// end.
+fn queue(order: &[u32], most: usize) -> [u64; 3] {
+    let (mut there, mut fetched, mut left) = (VecDeque::new(), 0, 0);
+    for &slot in order {
+        match there.iter().position(|&own| own == slot) {
+            Some(place) => {
+                there.remove(place);
+            }
+            None => {
+                fetched += 1;
+                if there.len() == most {
+                    left += 1;
+                    there.pop_front();
+                }
+            }
+        }
+        if most > 0 {
+            there.push_back(slot);
+        }
+    }
+    [fetched, left, there.len() as u64]
+}
+
+const GRADIENT: ActionId = work_id("gradient-pixel");
+const SUM: ActionId = work_id("gradient-sum");
+const ALPHA: ActionId = work_id("alpha");
+
+#[test]
+fn gradients_are_those_of_blends_and_sums_go_through_a_queue() {
+    let frame = dense_frame(1);
+    for (ways, behind) in [(8_u32, false), (64, true), (7, true)] {
+        let trained = machine(|m| {
+            let m = m.tiles_mut();
+            m.gradients.behind = behind;
+            m.gradients.ways = ways;
+            // One set.
+            m.gradients.cache.capacity = Bytes(36 * u64::from(ways));
+            m.gradients.buffer.capacity = Bytes(4 << 20);
+        });
+        let plain = machine(|m| m.tiles_mut().training.interval = 0);
+        let [(step, w), (frame_alone, _)] = [run(&trained, &frame), run(&plain, &frame)];
+        let all: Vec<(Vec<u32>, u64)> = (0..w.tiles.len()).map(|tile| met(&w, tile)).collect();
+        let blends: u64 = all.iter().map(|(_, blends)| blends).sum();
+        let order: Vec<u32> = all.iter().flat_map(|(met, _)| met.clone()).collect();
+        let touched = order.iter().collect::<BTreeSet<_>>().len() as u64;
+        assert!(blends > 1000 && order.len() as u64 > 2 * touched);
+        // What rounds on the edge of an ellipse may be met here and not there.
+        let near = |a: u64, b: u64| a.abs_diff(b) <= 1 + b / 500;
+        assert!(near(step.actions.total(GRADIENT), blends));
+        assert!(near(step.actions.total(SUM), order.len() as u64));
+        let [fetched, left, held] = queue(&order, ways as usize);
+        let more = |stage: usize| {
+            let [a, b] = [&step, &frame_alone].map(|outcome| outcome.served.stages[stage]);
+            [a.read - b.read, a.write - b.write]
+        };
+        let (pixels, points) = (150 * 90, frame.facts.points);
+        let c = &w.counters;
+        let record = ResolvedUnits::for_frame(&trained, &w).ccu.record;
+        let stored = record.position.0 + record.geometry.0 + record.colour.0;
+        let [read, write] = more(2);
+        let lists: u64 = w.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
+        let (entry, feature) = (trained.tiles().list_entry(), trained.tiles().record.feature.0);
+        let (own, out) = match behind {
+            true => (3 * pixels, 0),
+            false => (lists * (entry + feature) + 28 * pixels + 2 * 3 * pixels, 28 * pixels),
+        };
+        assert!(near(read, own + 36 * fetched), "{read} {own} {fetched}");
+        assert!(near(write, out + 36 * left), "{write} {out} {left}");
+        let [read, write] = more(0);
+        assert!(near(read, touched * (36 + stored) + 4 * stored * points));
+        assert!(near(write, 36 * held + touched * stored + 3 * stored * points));
+        assert_eq!(more(1), [0, 0]);
+        let again = step.actions.total(ALPHA) - frame_alone.actions.total(ALPHA);
+        assert_eq!(again, if behind { 0 } else { c.alpha_evaluations });
+        assert_eq!(step.executed_evaluations, frame_alone.executed_evaluations);
+        let after = step.step.expect("it trains");
+        assert_eq!(after.loss == 0, behind);
+        assert!(after.update > 0 && after.chain > 0);
+    }
+}
+
+/// With lanes alone to wait for, the reverse pass takes what its pairs take, core by core.
+#[test]
+fn a_pass_takes_what_its_pairs_take() {
+    let frame = dense_frame(1);
+    let trained = machine(|m| {
+        let m = m.tiles_mut();
+        (m.gradients.lanes, m.training.interval) = (4, 3);
+    });
+    let (step, w) = run(&trained, &frame);
+    let cores = trained.tiles().vru.cores as usize;
+    let mut busy = vec![0_u64; cores];
+    for (i, tile) in w.tiles.iter().enumerate() {
+        busy[i % cores] += (3 * tile.alpha_evaluations).div_ceil(4).max(1);
+    }
+    let most = busy.into_iter().max().expect("a core");
+    let reverse = step.step.expect("it trains").reverse;
+    assert!((most..most + 200).contains(&reverse), "{reverse} {most}");
+    // The whole step is the frame and its parts.
+    let plain = machine(|m| m.tiles_mut().training.interval = 0);
+    let (alone, _) = run(&plain, &frame);
+    assert_eq!(step.timing.frame, alone.timing.frame + step.step.expect("it trains").cycles());
+}
+
+/// Behind its rendering units, a slow gradient unit holds them, and a fast one costs nothing.
+#[test]
+fn tiles_wait_for_gradients_of_tiles_before() {
+    let frame = dense_frame(1);
+    let cores = 4;
+    let run_with = |lanes: u32, interval: u32| {
+        let trained = machine(|m| {
+            let m = m.tiles_mut();
+            m.vru.cores = cores;
+            m.training.update = Updated::Pose;
+            (m.gradients.behind, m.gradients.lanes, m.training.interval) = (true, lanes, interval);
+            m.training.loss = 0;
+            m.gradients.buffer.capacity = Bytes(4 << 20);
+        });
+        run(&trained, &frame)
+    };
+    let (fast, w) = run_with(4096, 1);
+    let (slow, _) = run_with(1, 16);
+    let blends: u64 = w.tiles.iter().map(|tile| tile.blends).sum();
+    // Four cores find 16 blends' gradients in 64 cycles at most.
+    assert!(slow.timing.frame >= 16 * blends / u64::from(cores));
+    let plain = machine(|m| {
+        let m = m.tiles_mut();
+        (m.vru.cores, m.training.interval) = (cores, 0);
+    });
+    let (alone, _) = run(&plain, &frame);
+    let after = fast.step.expect("it trains");
+    let behind = fast.timing.frame - after.cycles();
+    assert!(behind.abs_diff(alone.timing.frame) * 50 <= alone.timing.frame, "{behind}");
+    // Of the pose there is no update, and nothing is written but sums.
+    assert_eq!(after.update, 0);
+    let vru = |outcome: &FlowOutcome| {
+        let unit = outcome.timing.units.iter().find(|unit| unit.unit == stage_id("vru"));
+        unit.expect("it renders").stalls.iter().sum::<u64>()
+    };
+    assert!(vru(&slow) > 10 * vru(&fast));
+}
+
+/// Lists of sampled pixels have what reaches them, and each is tested at the pixels in its square.
+#[test]
+fn a_filter_keeps_what_reaches_a_sampled_pixel() {
+    let frame = small_frame(1);
+    for stride in [8, 16] {
+        let with = |filter: bool| {
+            machine(|m| {
+                let m = m.tiles_mut();
+                m.training.interval = 0;
+                m.geometry.test = powergs_frame::splat::Intersection::Aabb;
+                (m.geometry.subtile, m.vru.implementation) = (16, VruImpl::Pixels);
+                m.vru.termination = powergs_core::flow::tile_wise::Termination::Pixel;
+                (m.pixels.source, m.pixels.stride) = (PixelSource::Sampled, stride);
+                (m.pixels.period, m.pixels.filter) = (0, filter);
+                m.schedule.overlap = Overlap::None;
+            })
+        };
+        let [(all, w), (kept, _)] = [false, true].map(|filter| run(&with(filter), &frame));
+        let id = |name: &'static str| work_id(name);
+        // The same pixels blend the same.
+        for name in ["blend", "pixel-finish"] {
+            assert_eq!(kept.actions.total(id(name)), all.actions.total(id(name)), "{name}");
+        }
+        assert_eq!(all.actions.total(id("pixel-test")), 0);
+        assert_eq!(kept.actions.total(id("obb-test")), 0);
+        // Of the (Gaussian, tile) pairs with all their pixels, a test for each sampled one.
+        let tests = kept.actions.total(id("pixel-test"));
+        let per_tile = u64::from(16 / stride).pow(2);
+        assert!(tests > 0 && tests <= w.counters.tile_pairs * per_tile);
+        let written =
+            |outcome: &FlowOutcome| outcome.served.stages[Phase::Preprocessing as usize].write;
+        assert!(written(&kept) < written(&all));
+    }
+}
