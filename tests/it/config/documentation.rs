@@ -64,6 +64,9 @@ fn the_readme_documents_every_machine_key_with_its_value() {
             "stores.",
             "stereo.buffer.",
             "pixels.buffer.",
+            "gradients.buffer.",
+            "gradients.cache.",
+            "attached.cache.",
         ];
         let buffer = buffers.iter().any(|table| doc.path.starts_with(table));
         let first = doc.definition.split(" `").next().unwrap_or("");

@@ -13,11 +13,14 @@
 //! (A139).
 //! Between two kernels passes `launch.gap`.
 //!
+//! A unit beside the GPU may blend in place of the last kernel (`attached`; [`attached`]).
+//!
 //! A frame that is trained on (`train.sum`; A144) goes on: the loss of its picture, the lists in
 //! reverse with the gradients of each pixel, which are added up for Gaussians, gradients by
 //! parameters, and the update. What is added to memory pixel by pixel passes through the L2 cache
 //! one number at a time.
 
+pub mod attached;
 pub mod blocks;
 pub mod cache;
 mod check;
@@ -26,12 +29,14 @@ mod stages;
 mod tables;
 pub mod warps;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, StepSummary,
     TablesDecl, WorkKey, tile_wise,
 };
+use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::{Ledger, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
@@ -43,14 +48,16 @@ use crate::machine::{Machine, Optional};
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall, sram_read, sram_write};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
+use powergs_dram::AddressRange;
 use powergs_energy::action::{ActionCounts, Phase};
 
-pub use stages::SM_DECL;
+pub use stages::{ATTACHED_DECL, SM_DECL};
 pub use tables::*;
 
+use attached::AttachedWork;
 use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered};
-use stages::{EXPONENTIAL, INSTRUCTION, L2, SM};
+use stages::{ATTACHED, EXPONENTIAL, INSTRUCTION, L2, SM};
 use warps::{FrameWarps, WarpShape};
 
 const KEY: &str = "gpu";
@@ -59,7 +66,7 @@ const KEY: &str = "gpu";
 pub const BLOCK: u32 = 256;
 
 /// Its stages.
-pub const STAGES: [&StageDecl; 1] = [&SM_DECL];
+pub const STAGES: [&StageDecl; 2] = [&SM_DECL, &ATTACHED_DECL];
 
 /// The dataflow with its stages.
 pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: &STAGES };
@@ -274,6 +281,10 @@ pub struct GpuKernel {
 pub struct Kernels {
     /// In their order.
     pub all: Vec<GpuKernel>,
+    /// What a unit beside them blends.
+    pub attached: Option<AttachedWork>,
+    /// Where what it reads and writes begins.
+    places: [u64; 2],
     warps: Arc<FrameWarps>,
     filtered: Arc<Filtered>,
     /// (Pixel, Gaussian) pairs that are needed.
@@ -295,8 +306,10 @@ impl Kernels {
         let m = machine.gpu();
         let warps = memo.get(WarpShape::of(m), |shape| FrameWarps::new(workload, shape));
         let sectors = m.blend.feature.0.div_ceil(m.l2.sector.0.max(1)) * m.l2.sector.0;
+        let attached = m.attached.is_there();
+        let cache = if attached { m.attached.cache.capacity } else { m.l2.capacity };
         let key = FilterKey {
-            capacity: m.l2.capacity.0,
+            capacity: cache.0,
             entry: m.blend.entry.0,
             feature: sectors,
             geometry: workload.geometry,
@@ -363,13 +376,20 @@ impl Kernels {
         let ranges = of_warps(pairs) * SCANNED;
         make.even(KernelPart::Sort, ranges, moved, ([sorted, image - tiles * RANGE], both));
 
-        make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
+        let attached =
+            attached.then(|| AttachedWork::new(workload, m, machine.clock, (&filtered, sectors)));
+        if attached.is_none() {
+            make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
+        }
         let pixels = u64::from(workload.width) * u64::from(workload.height);
         let mut end = image + pixels * m.blend.pixel.0;
         if m.train.trains() {
             end = make.train(workload, &warps, (&filtered, sectors), [0, sorted, image, end]);
         }
-        Kernels { all: make.all, end, live: workload.counters.alpha_evaluations, warps, filtered }
+        let live = workload.counters.alpha_evaluations;
+        let live = attached.as_ref().map_or(live, |work| work.reach[1]);
+        let places = [sorted, image];
+        Kernels { all: make.all, attached, places, end, live, warps, filtered }
     }
 }
 
@@ -572,6 +592,9 @@ struct Stream<'a, O> {
     parts: [u64; KernelPart::ALL.len()],
     converted: u64,
     launching: u64,
+    attached: Option<BlockStream>,
+    /// Whether all kernels have just ended.
+    wakes: bool,
     observer: &'a mut O,
 }
 
@@ -595,8 +618,24 @@ impl<O: Observer> Stream<'_, O> {
     }
 }
 
+impl<O: Observer> Stream<'_, O> {
+    /// Takes the unit beside the kernels on; returns when it acts next.
+    fn blend_beside(&mut self, now: u64) -> u64 {
+        let waits = self.m.attached.overlap == AttachedOverlap::None;
+        if waits && self.at < self.kernels.all.len() {
+            return NEVER;
+        }
+        let Some(attached) = &mut self.attached else { return NEVER };
+        let place = |_, range: AddressRange| [range.address, range.bytes];
+        attached.step(now, &mut self.memory, place, self.observer)
+    }
+}
+
 impl<O: Observer> kernel::Agents for Stream<'_, O> {
-    fn step(&mut self, _: usize, now: u64) -> u64 {
+    fn step(&mut self, agent: usize, now: u64) -> u64 {
+        if agent > 0 {
+            return self.blend_beside(now);
+        }
         let kernels = self.kernels;
         while let Some(kernel) = kernels.all.get(self.at) {
             let Some((began, arrivals)) = self.running else {
@@ -631,8 +670,14 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
             self.book(kernel, began, now);
             (self.running, self.ended) = (None, now);
             self.at += 1;
+            self.wakes |= self.at == kernels.all.len();
         }
         NEVER
+    }
+
+    /// What waits for the kernels goes on when they have ended.
+    fn woken(&mut self) -> Option<Range<usize>> {
+        std::mem::take(&mut self.wakes).then_some(1..2)
     }
 
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
@@ -655,6 +700,14 @@ fn through<O: Observer>(
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let m = machine.gpu();
+    let unit = BlockUnit {
+        stage: ATTACHED,
+        owner: 1,
+        rate: 1,
+        streams: [STREAMS.id("attached-in"), STREAMS.id("attached-out")],
+        places: kernels.places,
+        waits: Stall::of("features"),
+    };
     let mut stream = Stream {
         m,
         kernels,
@@ -666,15 +719,32 @@ fn through<O: Observer>(
         parts: [0; KernelPart::ALL.len()],
         converted: 0,
         launching: 0,
+        attached: kernels.attached.as_ref().map(|work| BlockStream::new(unit, &work.blocks)),
+        wakes: false,
         observer,
     };
-    drive(&mut stream, 0..1, 0);
-    let end = stream.ended;
+    let agents = 1 + usize::from(kernels.attached.is_some());
+    drive(&mut stream, 0..agents, 0);
+    let end = stream.attached.as_ref().map_or(0, |unit| unit.end).max(stream.ended);
+    let mut units = Vec::new();
+    if let Some(attached) = &mut stream.attached {
+        attached.account.up_to(end, stream.observer);
+        units.push(cycles(ATTACHED, 1, [&attached.account.ledger].into_iter()));
+        let begins = match m.attached.overlap {
+            AttachedOverlap::None => stream.ended,
+            AttachedOverlap::Frames => 0,
+        };
+        stream.parts[KernelPart::Blend as usize] = attached.end.saturating_sub(begins);
+    }
+    for ledger in &mut stream.ledgers {
+        ledger.book(State::Idle, stream.ended, end, stream.observer);
+    }
+    units.insert(0, cycles(SM, 1, stream.ledgers.iter()));
     stream.memory.close(end);
     let timing = FrameTiming {
         frame: end,
         preprocessing_end: stream.converted,
-        units: vec![cycles(SM, 1, stream.ledgers.iter())],
+        units,
         dram: stream.memory.usage(),
         buffers: Vec::new(),
         tile_cycles: Histogram::EMPTY,
@@ -693,8 +763,15 @@ fn through<O: Observer>(
         ];
         all.into_iter().for_each(|(action, n)| actions.charge(phase, action, n));
     }
+    if let Some(work) = &kernels.attached {
+        work.charge(&mut actions);
+        let [read, written] = BlockStream::bytes(&work.blocks);
+        actions.charge(Phase::Rendering, DRAM_READ, read);
+        actions.charge(Phase::Rendering, DRAM_WRITE, written);
+    }
     let [evaluated, _] = kernels.warps.pairs();
     let slots = evaluated * u64::from(WARP);
+    let slots = kernels.attached.as_ref().map_or(slots, |work| work.reach[0]);
     let outcome = FlowOutcome {
         live_evaluations: kernels.live,
         step: m.train.trains().then(|| {

@@ -2,7 +2,8 @@
 //! no GPU (`training`; A145, A146).
 //!
 //! **Chain**: gradients of a Gaussian by mean, conic, opacity and colour become those by its
-//! parameters. **Update**: values, gradients and moments pass through the memory. Units take batches
+//! parameters. **Update**: values, gradients and moments pass through the memory. Units take
+//! batches
 //! of Gaussians in turn.
 
 use schemars::JsonSchema;

@@ -35,7 +35,7 @@ fn tile_wise_machines_keep_the_laws() {
                 "training.interval=3",
                 "gradients.behind=true",
                 "gradients.lanes=1",
-                r#"gradients.buffer={ capacity = "1 KiB", word = "16 B", banks = 1, ports = "1rw" }"#,
+                r#"gradients.buffer={ capacity = "1KiB", word = "8B", banks = 1, ports = "1rw" }"#,
                 "schedule.overlap=tiles",
             ],
             &["schedule.overlap=tiles", "gsu.spill=all", "buffers.sorting.capacity=8 KiB"],

@@ -89,6 +89,9 @@ const UNLIKE_RESIDENT: [&str; 11] = [
 const UNLIKE_GPU: [&str; 5] =
     ["clock=500 MHz", "dram.channels=2", "sm.units=5", "sm.lanes=48", "l2.capacity=1 MiB"];
 
+/// A GPU with a unit beside it.
+const UNLIKE_ATTACHED: &[&str] = &["attached.lanes=4", "sm.lanes=64", "dram.channels=2"];
+
 /// Machines with test units, with a unit between two eyes, with one that knows pixels, and with
 /// gradient units, which one with everything else cannot have.
 const UNLIKE_PARTS: [&[&str]; 4] = [
@@ -112,7 +115,8 @@ pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
         [("gscore", &UNLIKE[..]), ("vorion", &UNLIKE_RESIDENT[..]), ("xavier-nx", &UNLIKE_GPU[..])];
     let with_machines = flow::all().filter(|flow| flow.example().is_some());
     assert_eq!(all.len(), with_machines.count(), "one of each dataflow");
-    let parts = UNLIKE_PARTS.map(|sets| ("gscore", sets));
+    let mut parts = UNLIKE_PARTS.map(|sets| ("gscore", sets)).to_vec();
+    parts.push(("orin-nx-gbu", UNLIKE_ATTACHED));
     let all = all.iter().chain(&parts).map(|(name, sets)| {
         let mut sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         sets.push("dram.model=bandwidth".to_owned());

@@ -8,11 +8,14 @@ use powergs_core::flow::gpu::blocks::{ThreadBlock, ends};
 use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
 use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
 use powergs_core::flow::gpu::{Gpu, GpuKernel, KernelPart, Kernels, WARP};
+use powergs_core::flow::{FlowOutcome, FrameTask};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
+use powergs_core::stage::work_id;
 use powergs_core::workload::{FrameDetail, FrameWorkload, bin_for};
 use powergs_frame::splat::Ellipse;
+use powergs_frame::splat::pixel::spans;
 use powergs_frame::trace::{Frame, NEVER};
 
 use crate::workload::support::{dense_frame, small_frame};
@@ -331,6 +334,12 @@ fn gpus_keep_the_laws() {
             &["train.sum=pixel", "train.atomics=0.05"],
             &["train.sum=warp", "train.update=visible", "l2.capacity=64 KiB"],
             &["train.sum=block", "dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
+            &["attached.impl=rows", "attached.lanes=3", "attached.clock=500 MHz"],
+            &["attached.impl=box", "attached.overlap=none", "dram.latency=100 ns"],
+            &[
+                "attached.impl=pixels",
+                r#"attached.cache={ capacity = "0 B", word = "8 B", banks = 1, ports = "1rw" }"#,
+            ],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=calibrated"],
             // Where nothing but the slowest warp of a block counts.
@@ -344,7 +353,7 @@ fn gpus_keep_the_laws() {
         frames: &frames,
         settled: &["dram.device=lpddr4-3200-x16x8"],
         slack: 0.05,
-        idle_keys: &[],
+        idle_keys: &["attached.cache.word", "attached.cache.banks", "attached.cache.ports"],
     };
     assert_eq!(broken(&trial), Vec::<String>::new());
 }
@@ -365,4 +374,103 @@ fn what_cannot_be_is_refused_with_the_way_out() {
     refused("blend.warp-width=32", "32x1 pixels");
     refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");
     refused("blend.batch=4096", "114688 B of 96 KiB shared memory");
+}
+
+/// What a unit beside a GPU does in a tile, pixel by pixel.
+#[test]
+fn a_unit_beside_it_takes_what_its_pixels_take() {
+    let frame = dense_frame(1);
+    let made = |sets: &[&str]| {
+        let machine = machine(sets);
+        let work = workload(&frame, machine.gpu());
+        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        (kernels.attached.expect("a unit"), kernels.all, work)
+    };
+    let ([rows, pixels, boxes, tiles], cases) = (
+        ["rows", "pixels", "box", "tile"].map(|way| {
+            let way = format!("attached.impl={way}");
+            made(&[&way, "attached.lanes=4", "attached.clock=900 MHz", "clock=1.8 GHz"])
+        }),
+        ["rows", "pixels", "box", "tile"],
+    );
+    let w = &rows.2;
+    let all = w.pixels.as_ref().expect("asked for");
+    let mut cycles = [vec![], vec![], vec![], vec![]];
+    let (mut live, mut reached, mut square) = (0_u64, 0_u64, 0_u64);
+    for (tile, work) in w.tiles.iter().enumerate() {
+        let (x0, y0, x1, y1) = w.pixels_of(tile);
+        let stop = |x: u32, y: u32| all.iterated[(y * w.width + x) as usize];
+        let places = || (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
+        let last = places().map(|(x, y)| stop(x, y)).max().expect("pixels");
+        let (mut by_row, mut packed, mut boxed) = ([0_u64; 4], 0, 0);
+        for (at, &rank) in w.list_of(work).iter().enumerate().take(last as usize) {
+            let splat = &all.splats[rank as usize];
+            let [mut here, mut inside] = [0_u64; 2];
+            for y in y0..y1 {
+                let near = |n: u32, mean: f32| {
+                    (f64::from(n) - f64::from(mean)).abs() <= f64::from(splat.radius())
+                };
+                let touched = (x0..x1).filter(|&x| near(x, splat.mean[0])).count() as u64;
+                inside += touched * u64::from(near(y, splat.mean[1]));
+                here += (x0..x1)
+                    .filter(|&x| stop(x, y) > at as u32)
+                    .filter(|&x| crate::pixels::alpha(splat, x, y) > 0.0)
+                    .count() as u64;
+            }
+            // A generator looks at a row of the ellipse a cycle, while a unit takes its pixels.
+            for (y, span) in spans(splat, (x0, y0, x1, y1)) {
+                let pixels = span.map_or(0, |[first, end]| u64::from(end - first));
+                by_row[((y - y0) % 4) as usize] += pixels.max(1);
+                reached += pixels;
+            }
+            live += here;
+            square += inside;
+            packed += here;
+            boxed += inside.div_ceil(4).max(1);
+        }
+        let finish = u64::from(work.pixels).div_ceil(4);
+        let entries = u64::from(work.entries) * u64::from(work.pixels).div_ceil(4);
+        cycles[0].push(by_row.into_iter().max().unwrap_or(0) + finish);
+        cycles[1].push(packed.div_ceil(4).max(last.into()) + finish);
+        cycles[2].push(boxed + finish);
+        cycles[3].push(entries + finish);
+    }
+    // What rounds on the edge of an ellipse may be met here and not there.
+    let near = |a: u64, b: u64| a.abs_diff(b) * 100 <= b + 100;
+    for ((made, own), name) in [&rows, &pixels, &boxes, &tiles].into_iter().zip(&cycles).zip(cases)
+    {
+        let (work, kernels, _) = made;
+        assert!(kernels.iter().all(|kernel| kernel.part != KernelPart::Blend), "{name}");
+        let sum: u64 = work.blocks.iter().map(|block| block.items).sum();
+        // Its clock is half of the GPU's.
+        assert!(near(sum, 2 * own.iter().sum::<u64>()), "{name}: {sum} {own:?}");
+    }
+    assert!(near(rows.0.reach[0], reached), "{:?} {reached}", rows.0.reach);
+    assert!(near(pixels.0.reach[1], live) && pixels.0.reach[0] == pixels.0.reach[1]);
+    assert!(near(boxes.0.reach[0], square), "{:?} {square}", boxes.0.reach);
+}
+
+/// With frames that overlap a frame is as long as the longer of kernels and unit.
+#[test]
+fn kernels_and_unit_share_a_frame() {
+    let frame = dense_frame(1);
+    let frame_of = |sets: &[&str]| {
+        let machine = machine(sets);
+        let flow = machine.flow();
+        let work = flow.prepare(&frame, &flow.work_key(&machine));
+        let memo = Memo::default();
+        flow.run(&FrameTask::first(&machine, &*work, &memo), None).expect("it runs")
+    };
+    let slow = ["attached.impl=pixels", "attached.lanes=1", "attached.clock=50 MHz"];
+    let beside = frame_of(&slow);
+    let behind = frame_of(&[&slow[..], &["attached.overlap=none"]].concat());
+    let kernels = behind.kernels.expect("kernels");
+    let blend = kernels.parts[KernelPart::Blend as usize];
+    let rest = behind.timing.frame - blend;
+    assert!(blend > 2 * rest, "{blend} {rest}");
+    let near = |a: u64, b: u64| a.abs_diff(b) * 20 <= b;
+    assert!(near(beside.timing.frame, blend), "{} {blend}", beside.timing.frame);
+    let blends = |outcome: &FlowOutcome| outcome.actions.total(work_id("attached-blend"));
+    assert!(blends(&beside) > 1000 && blends(&beside) == blends(&behind));
+    assert_eq!(beside.served, behind.served);
 }

@@ -5,7 +5,7 @@ use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycle
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
-    OrderSummary, PaperReport, PixelSummary, RegionReport, StageBytes, StereoSummary,
+    OrderSummary, PaperReport, PixelSummary, RegionReport, StageBytes, StepSummary, StereoSummary,
 };
 use powergs_core::stage::{Stall, buffer_id, hardware, sram_read, stage_id, work_id};
 use powergs_dram::{DramCommands, StageCommands};
@@ -106,7 +106,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
                 lookups: 4 * n,
                 hits: n,
             }),
-            step: None,
+            step: Some(StepSummary { loss: n, reverse: 3 * n, chain: n, update: 2 * n }),
             stereo: Some(StereoSummary {
                 handed_on: n,
                 entries: 2 * n,
@@ -223,6 +223,7 @@ fn timing(cycles: u64) -> FrameTiming {
             unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
             unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
             unit("pxu", 1, [0.03, 0.01, 0.0, 0.01]),
+            unit("gru", 4, [0.02, 0.01, 0.0, 0.02]),
             unit("colour", 4, [0.02, 0.0, 0.0, 0.0]),
         ],
         dram: DramUse {

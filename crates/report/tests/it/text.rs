@@ -51,6 +51,7 @@ fn terminal_summary() {
         bsu x4         22        -     2      -         -        -     11      30     -
         vru x64        61        -     -      -         8        -      4      <1     -
         pxu x1          3        -     -      -         1        -      -       1     -
+        gru x4          2        -     -      -         1        -      -       2     -
         colour x4       2        -     -      -         -        -      -       -     -
 
         % of cycles  idle
@@ -59,10 +60,13 @@ fn terminal_summary() {
         bsu x4         35
         vru x64        27
         pxu x1         95
+        gru x4         95
         colour x4      98
 
         DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes
         moved per byte asked for.
+        A frame is a step of training here: its picture, the loss, the lists in reverse,
+        gradients by parameters and the update. Frame rates are steps a second.
         40 % of the pixels are rendered. Of those that look up their first Gaussians
         25 % stop there.
         The second eye is made of what blends in the first one: 25 % of the entries of
@@ -85,7 +89,7 @@ fn terminal_summary() {
         No doubled resource raises the frames per second per mm²: dram.channels saves
         most time, -24 %, for +67 % area and -1.5 % power.
 
-        limits  24 effects left out: 17 optimistic, 2 pessimistic, 5 either way: frame
+        limits  27 effects left out: 20 optimistic, 2 pessimistic, 5 either way: frame
                 times are rather too short; the assumptions that matter most: A4 (DRAM
                 transfers reach 78 % of the peak); A26 (All units of a core work on one
                 pair); numbers of PowerGS (powergs)

@@ -32,6 +32,8 @@ pub enum Metric {
     BackwardOverForward,
     /// Time of the backward pass on the other GPU over that on this one.
     BackwardSpeedup,
+    /// Time of blending on the other GPU over that on this one.
+    BlendSpeedup,
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
@@ -122,7 +124,7 @@ type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics but those of blocks.
-    const WHOLE: [Metric; 37] = [
+    const WHOLE: [Metric; 38] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -138,6 +140,7 @@ impl Metric {
         Metric::KernelShare(KernelPart::Blend),
         Metric::BackwardOverForward,
         Metric::BackwardSpeedup,
+        Metric::BlendSpeedup,
         Metric::EnergyRatio,
         Metric::EdpRatio,
         Metric::RasterUtilisation,
@@ -186,6 +189,7 @@ impl Metric {
             Metric::KernelShare(part) => (part.name(), "", false, true),
             Metric::BackwardOverForward => ("backward_over_forward", "", false, true),
             Metric::BackwardSpeedup => ("backward_speedup", "x", true, true),
+            Metric::BlendSpeedup => ("blend_speedup", "x", true, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
             Metric::RasterUtilisation => ("raster_utilisation", "", false, true),
@@ -275,6 +279,11 @@ impl Metric {
             Metric::BackwardOverForward => of.backward_seconds() / of.forward_seconds(),
             Metric::BackwardSpeedup => {
                 ratio(|t| Some(t.backward_seconds() / t.frames as f64).filter(|s| *s > 0.0))?
+            }
+            Metric::BlendSpeedup => {
+                let blend = KernelPart::Blend as usize;
+                let time = |t: &Totals| t.kernel_seconds[blend] / t.frames as f64;
+                time(against?) / time(of)
             }
             Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
             Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,

@@ -26,12 +26,14 @@ impl MemoKey for FilterKey {
 }
 
 /// Reads of Gaussians by the blending kernel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Filtered {
     /// Found in the cache.
     pub hits: u64,
     /// Read from the memory.
     pub misses: u64,
+    /// The same tile by tile.
+    pub by_tile: Vec<u32>,
 }
 
 impl Filtered {
@@ -40,7 +42,7 @@ impl Filtered {
         let mut came = vec![u64::MAX; workload.index.len()];
         let (mut bytes, mut found) = (0_u64, Filtered::default());
         for tile in &workload.tiles {
-            let list = workload.list_of(tile);
+            let (list, before) = (workload.list_of(tile), found.misses);
             for &rank in &list[..(tile.loaded as usize).min(list.len())] {
                 bytes += key.entry;
                 let came = &mut came[rank as usize];
@@ -52,6 +54,7 @@ impl Filtered {
                     bytes += key.feature;
                 }
             }
+            found.by_tile.push((found.misses - before) as u32);
         }
         found
     }

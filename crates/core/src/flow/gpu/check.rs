@@ -1,6 +1,6 @@
 //! Keys of a GPU that contradict each other.
 
-use super::{BlendSpec, WARP};
+use super::{BlendSpec, Gpu, WARP};
 use crate::machine::Machine;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
 
@@ -89,5 +89,36 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
         );
         found.add("convert.registers", message);
     }
+    attached(m, &mut found);
     found.all()
+}
+
+/// A unit beside the GPU.
+fn attached(m: &Gpu, found: &mut Found) {
+    let a = &m.attached;
+    if !a.is_there() {
+        return;
+    }
+    if m.train.trains() {
+        let message = "`attached.impl` contradicts `train.sum`: gradients are found by kernels \
+                       that have blended themselves; set `attached.impl` = \"none\", or \
+                       `train.sum` = \"none\"";
+        found.add("attached.impl", message.to_owned());
+        found.ends_with("attached.impl", "none");
+    }
+    if !(1e6..=1e11).contains(&a.clock.0) {
+        let message = format!("`attached.clock` = {} must be from 1 MHz to 100 GHz", a.clock);
+        found.add("attached.clock", message);
+    }
+    if a.cache.capacity > SIZE_MAX {
+        let size = a.cache.capacity;
+        let message = format!("`attached.cache.capacity` = {size} is above {SIZE_MAX}");
+        found.add("attached.cache.capacity", message);
+    } else if a.cache.capacity.0 > 0 && !(1..=a.cache.capacity.0).contains(&a.cache.word.0) {
+        let message = format!(
+            "`attached.cache.word` = {} must be from 1 B to the capacity, {}",
+            a.cache.word, a.cache.capacity
+        );
+        found.add("attached.cache.word", message);
+    }
 }

@@ -1,11 +1,13 @@
-//! The one stage of a GPU: its multiprocessors run every kernel.
+//! The stages of a GPU: its multiprocessors run every kernel; a unit may blend beside them.
 
-use super::{L2Spec, SmSpec, TrainSpec, WARP};
+use super::{AttachedImpl, AttachedSpec, L2Spec, SmSpec, TrainSpec, WARP};
 use crate::kernel::stream::{reads, writes};
+use crate::machine::Machine;
 use crate::stage::{
     Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
     stage_id, work, work_id,
 };
+use powergs_base::quantity::Bytes;
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 
 /// What it declares.
@@ -112,6 +114,70 @@ pub const SM_DECL: StageDecl = StageDecl {
          `sm`, `convert`, `pairs`, `radix`, `blend`, `train`.",
     )
 };
+
+/// A unit that blends beside it.
+pub const ATTACHED_DECL: StageDecl = StageDecl {
+    units: Some(|m| u32::from(m.of_type::<AttachedSpec>().is_there())),
+    works: &[
+        work("attached-alpha", 13, "One α of a pixel of an attached unit, live or not.")
+            .a_cycle(lanes),
+        work("attached-blend", 11, "One blend of an attached unit.").a_cycle(lanes),
+        work("attached-row", 13, "The ends of an ellipse found in one row of pixels there.")
+            .a_cycle(|m| match m.of_type::<AttachedSpec>().implementation {
+                AttachedImpl::Rows => lanes(m),
+                _ => 0.0,
+            }),
+    ],
+    buffers: &[buffer("attached_cache", "attached.cache", |m| {
+        let spec = m.of_type::<AttachedSpec>();
+        match spec.is_there() && spec.cache.capacity.0 > 0 {
+            true => spec.cache.shared(1),
+            false => Memory { bank: Bytes(0), banks: 0, ..spec.cache.shared(1) },
+        }
+    })
+    .full()],
+    streams: &[
+        reads("attached-in", "lists, and their Gaussians", &["results"], ["splats", "scene"])
+            .scattered(),
+        writes("attached-out", "its finished pixels", ["picture", "results"]),
+    ],
+    parts: &[part("lanes", "Pixels a cycle: `attached.lanes`.", |m| {
+        f64::from(m.of_type::<AttachedSpec>().lanes)
+    })],
+    also_waits: &["features"],
+    after: Some("sm"),
+    input: "sorted lists from its GPU",
+    doubles: &[double("attached.lanes", &["attached.lanes"], &["A147"])],
+    omits: &[omit("what it takes to hand a frame to another chip", Bias::Optimistic, "A147")
+        .by("attached.impl = \"rows\"", |m| m.of_type::<AttachedSpec>().is_there())],
+    behind: &["A147"],
+    ..StageDecl::new(
+        "attached",
+        "attached unit",
+        Phase::Rendering,
+        "A unit beside a GPU that blends the lists which its kernels make. Keys: `attached`.",
+    )
+};
+
+/// Pixels in a cycle of the GPU.
+fn lanes(m: &Machine) -> f64 {
+    let spec = m.of_type::<AttachedSpec>();
+    match spec.is_there() {
+        true => f64::from(spec.lanes) * spec.clock.0 / m.clock.0,
+        false => 0.0,
+    }
+}
+
+/// The unit.
+pub const ATTACHED: StageId = stage_id("attached");
+/// Its cache.
+pub const ATTACHED_CACHE: BufferId = buffer_id("attached_cache");
+/// An α.
+pub const ATTACHED_ALPHA: ActionId = work_id("attached-alpha");
+/// A blend.
+pub const ATTACHED_BLEND: ActionId = work_id("attached-blend");
+/// A row.
+pub const ATTACHED_ROW: ActionId = work_id("attached-row");
 
 /// The stage.
 pub const SM: StageId = stage_id("sm");

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::attached::{AttachedImpl, AttachedOverlap, AttachedSpec};
 use crate::machine::Machine;
 use crate::workload::{Cull, FrameDetail, Geometry};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
@@ -34,12 +35,15 @@ pub struct Gpu {
     /// Kernels that train.
     #[serde(default)]
     pub train: TrainSpec,
+    /// A unit that blends in place of a kernel.
+    #[serde(default)]
+    pub attached: AttachedSpec,
 }
 
 crate::flow::flow_tables!(
     Gpu,
     super::GpuFlow,
-    [sm, l2, bus, launch, convert, pairs, radix, blend, train]
+    [sm, l2, bus, launch, convert, pairs, radix, blend, train, attached]
 );
 
 impl Machine {

@@ -21,8 +21,8 @@ pub(super) fn fits(workload: &FrameWorkload, task: &FrameTask<'_>) -> Result<(),
         return Err(Incompatible::Ids { machine: name(), splats, bits });
     }
     if workload.fovea.is_some() && tiles.training.interval > 0 {
-        let why = "it is foveated, and a step of training has one level; extract the trace without a \
-                   gaze, or set `training.interval` = 0";
+        let why = "it is foveated, and a step of training has one level; extract the trace \
+                   without a gaze, or set `training.interval` = 0";
         return Err(Incompatible::Other { machine: name(), why: why.into() });
     }
     pixels::fits(machine, workload)?;

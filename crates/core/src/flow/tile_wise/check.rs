@@ -349,8 +349,8 @@ fn gradients(m: &TileWise, found: &mut Found) {
     }
     let mut excludes = |key: &'static str, value: String, remedy: &str, set: &str| {
         let message = format!(
-            "`training.interval` = {} contradicts `{key}` = {value}: {remedy}; set `{key}` = {set}, \
-             or `training.interval` = 0",
+            "`training.interval` = {} contradicts `{key}` = {value}: {remedy}; set `{key}` = \
+             {set}, or `training.interval` = 0",
             t.interval
         );
         found.add("training.interval", message);

@@ -94,7 +94,7 @@ impl LeaderTest {
 
 /// A tile pixel by pixel.
 #[derive(Debug)]
-pub(super) struct LaneMap<'a> {
+pub(crate) struct LaneMap<'a> {
     /// Depth ranks of its list.
     list: &'a [u32],
     pixels: &'a Pixels,
@@ -115,7 +115,7 @@ pub struct PixelReach {
 
 /// What an entry costs a unit with rows.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct RowShare {
+pub(crate) struct RowShare {
     /// Rows that the entry reaches.
     pub rows: u64,
     /// Cycles of them.
@@ -127,7 +127,7 @@ pub(super) struct RowShare {
 impl<'a> LaneMap<'a> {
     /// # Panics
     /// On a workload without [`Pixels`].
-    pub(super) fn new(workload: &'a FrameWorkload, tile: usize) -> LaneMap<'a> {
+    pub(crate) fn new(workload: &'a FrameWorkload, tile: usize) -> LaneMap<'a> {
         let pixels = workload.pixels.as_ref().expect("binned for lane maps");
         LaneMap {
             list: workload.list_of(&workload.tiles[tile]),
@@ -175,7 +175,7 @@ impl<'a> LaneMap<'a> {
     }
 
     /// Where its pixels stop, row by row.
-    pub(super) fn all_stops(&self) -> impl Iterator<Item = u32> + use<'a> {
+    pub(crate) fn all_stops(&self) -> impl Iterator<Item = u32> + use<'a> {
         let (x0, y0, x1, y1) = self.area;
         let (pixels, width) = (self.pixels, self.width as usize);
         let row = move |y: u32| {
@@ -187,7 +187,7 @@ impl<'a> LaneMap<'a> {
 
     /// What an entry costs units that have the rows of the tile in turn. A row takes a cycle of its
     /// generator and one for each pixel of its span, at the same time.
-    pub(super) fn rows(&self, at: u32, shares: &mut [RowShare]) {
+    pub(crate) fn rows(&self, at: u32, shares: &mut [RowShare]) {
         let n = shares.len() as u32;
         for (y, span) in self.spans(at) {
             let pixels = span.map_or(0, |[first, end]| u64::from(end - first));
@@ -274,6 +274,21 @@ impl<'a> LaneMap<'a> {
             }
         }
         reach
+    }
+
+    /// Cycles of units that work together for the first entries of the list, with nothing between
+    /// them, and their pixels.
+    pub(crate) fn whole(&self, units: &TogetherUnits, entries: u32) -> (u64, PixelReach) {
+        let (x0, y0, x1, y1) = self.area;
+        let mut visits = vec![0u32; ((x1 - x0) * (y1 - y0)) as usize];
+        let (mut cycles, mut all) = (0, PixelReach::default());
+        for at in 0..entries {
+            let reach = self.reach(at, units.grain, &mut visits);
+            cycles += reach.slots.div_ceil(units.lanes).max(1);
+            (all.slots, all.live) = (all.slots + reach.slots, all.live + reach.live);
+        }
+        let packed = all.slots.div_ceil(units.lanes).max(u64::from(entries));
+        (if units.grain == Grain::Box { cycles } else { packed }, all)
     }
 
     /// What the chunks of the tile take of units that work together. Boxes are worked on up to list

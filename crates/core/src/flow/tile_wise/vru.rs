@@ -98,7 +98,8 @@ pub const VRU: StageDecl = StageDecl {
         ),
         part(
             "recurrence",
-            "`vru.entries-per-cycle` over `vru.recurrence`: a shorter loop through the transmittance.",
+            "`vru.entries-per-cycle` over `vru.recurrence`: a shorter loop through the \
+             transmittance.",
             |m| {
                 let vru = m.of_type::<VruSpec>();
                 let entries = match vru.implementation {
