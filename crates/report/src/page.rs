@@ -8,6 +8,7 @@ use super::format::{
 use super::{limits as words, record_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
+use powergs_core::flow::steps::StepPart;
 use powergs_core::sim::statistics::UnitPart;
 use powergs_core::sim::{ListOrder, MODEL_VERSION};
 use powergs_core::stage::hardware;
@@ -264,7 +265,7 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
-    if record.mean(Key::StepReverse).is_some() {
+    if record.mean(Key::Step(StepPart::Reverse)).is_some() {
         page.paragraph(
             "A frame is a step of training here: its picture, the loss, the lists in reverse, \
              gradients by parameters and the update. Frame rates are steps a second.",

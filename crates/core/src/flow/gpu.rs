@@ -32,6 +32,7 @@ pub mod warps;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::steps::{SteppedGaussians, densifying};
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, StepSummary,
     TablesDecl, WorkKey, tile_wise,
@@ -517,6 +518,19 @@ impl KernelMaker<'_> {
             ([scene, parameters], both),
         );
 
+        let gaussians = SteppedGaussians {
+            points,
+            touched: seen,
+            sums: seen,
+            stored: [c.position.0 + c.shape.0, stored],
+        };
+        let densified: u64 = densifying(t.densify, &gaussians).into_iter().sum();
+        if densified > 0 {
+            // A number is compared and moved.
+            let instructions = of_warps(densified / 4) * SCANNED;
+            let both = [densified; 2];
+            self.even(KernelPart::Update, instructions, both, ([parameters, parameters], both));
+        }
         let updated = t.update.of(points, seen);
         if updated == 0 {
             return behind;

@@ -44,6 +44,10 @@ pub struct TrainingSpec {
     /// Operations of the update of a number.
     #[schemars(range(min = 1, max = 10000), extend("x-unit" = "operations"))]
     pub step: u32,
+    /// Steps from one densification to the next, 0 for none: gradients by the screen are added up
+    /// in each, and all arrays move once in so many.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "steps"))]
+    pub densify: u32,
 }
 
 impl Default for TrainingSpec {
@@ -58,6 +62,7 @@ impl Default for TrainingSpec {
             update: Updated::All,
             accesses: 7,
             step: 12,
+            densify: 0,
         }
     }
 }
@@ -74,6 +79,7 @@ pub(super) const TRAINING: Optional = Optional {
         "training.update",
         "training.accesses",
         "training.step",
+        "training.densify",
     ],
     with: &["training.interval=2"],
     is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
@@ -96,6 +102,16 @@ impl StepPart {
     /// All of them, in their order.
     pub const ALL: [StepPart; 4] =
         [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
+
+    /// The word for it in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StepPart::Loss => "loss",
+            StepPart::Reverse => "reverse",
+            StepPart::Chain => "chain",
+            StepPart::Update => "update",
+        }
+    }
 
     /// The phase that its bytes and its energy are of.
     pub const fn phase(self) -> Phase {
@@ -147,16 +163,47 @@ impl TrainingSpec {
     pub fn update(&self, gaussians: &SteppedGaussians, units: usize) -> Vec<Vec<MovedBlock>> {
         let updated = self.update.of(gaussians.points, gaussians.touched);
         let accesses = u64::from(self.accesses);
-        dealt(updated, units, |first, end| {
+        let mut all = dealt(updated, units, |first, end| {
             let bytes = (end - first) * gaussians.stored[1];
             MovedBlock {
                 items: bytes / 4 * u64::from(self.step),
                 read: bytes * accesses.div_ceil(2),
                 write: bytes * (accesses / 2),
             }
-        })
+        });
+        let [kept, moved] = densifying(self.densify, gaussians);
+        let densified = dealt(gaussians.points, units, |first, end| {
+            let part = |bytes: u64| {
+                let until = |n: u64| {
+                    (u128::from(bytes) * u128::from(n)).div_ceil(u128::from(gaussians.points))
+                        as u64
+                };
+                until(end) - until(first)
+            };
+            let bytes = part(kept) + part(moved);
+            MovedBlock { items: bytes / 4, read: bytes, write: bytes }
+        });
+        if self.densify > 0 {
+            all.iter_mut().zip(densified).for_each(|(unit, more)| unit.extend(more));
+        }
+        all
     }
 }
+
+/// Bytes that densification reads and writes in a step: two numbers of each Gaussian with a
+/// gradient, and the part of a step of moving values and two moments of all Gaussians.
+pub(super) fn densifying(every: u32, gaussians: &SteppedGaussians) -> [u64; 2] {
+    match u64::from(every) {
+        0 => [0; 2],
+        every => {
+            let moved = 3 * gaussians.points * gaussians.stored[1];
+            [DENSITY * gaussians.touched, moved.div_ceil(every)]
+        }
+    }
+}
+
+/// Bytes of the gradient by the screen, added up, and of how often.
+const DENSITY: u64 = 8;
 
 /// Blocks of so many Gaussians, dealt round over units.
 fn dealt(all: u64, units: usize, block: impl Fn(u64, u64) -> MovedBlock) -> Vec<Vec<MovedBlock>> {

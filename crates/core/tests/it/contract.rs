@@ -30,7 +30,7 @@ fn tile_wise_machines_keep_the_laws() {
             ],
             &["pixels.impl=warped", "pixels.per-cycle=2", "fovea=none"],
             &["pixels.impl=cached", "pixels.ids=2", "fovea=none", "schedule.overlap=frames"],
-            &["training.interval=2"],
+            &["training.interval=2", "training.densify=7"],
             &[
                 "training.interval=3",
                 "gradients.behind=true",

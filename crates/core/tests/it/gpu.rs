@@ -313,6 +313,9 @@ fn a_step_moves_what_its_arrays_take() {
     assert_eq!(update, [4 * stored * seen, 3 * stored * seen]);
     let ([.., update], _, _) = made(&["train.sum=warp", "train.update=none"]);
     assert_eq!(update, [0, 0]);
+    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=none", "train.densify=10"]);
+    let own = 8 * seen + (3 * stored * points).div_ceil(10);
+    assert_eq!(update, [own, own]);
 }
 
 #[test]
@@ -332,7 +335,7 @@ fn gpus_keep_the_laws() {
             &["radix.count=each-pass", "convert.cull=frustum", "pairs.test=ellipse"],
             &["blend.test=4", "blend.warp-width=8", "sm.special=1", "sm.float=1.0"],
             &["train.sum=pixel", "train.atomics=0.05"],
-            &["train.sum=warp", "train.update=visible", "l2.capacity=64 KiB"],
+            &["train.sum=warp", "train.update=visible", "l2.capacity=64 KiB", "train.densify=9"],
             &["train.sum=block", "dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["attached.impl=rows", "attached.lanes=3", "attached.clock=500 MHz"],
             &["attached.impl=box", "attached.overlap=none", "dram.latency=100 ns"],

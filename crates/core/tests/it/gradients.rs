@@ -240,3 +240,25 @@ fn a_filter_keeps_what_reaches_a_sampled_pixel() {
         assert!(written(&kept) < written(&all));
     }
 }
+
+/// Densification keeps two numbers of what has a gradient, and moves all arrays once in so many.
+#[test]
+fn densification_moves_its_arrays() {
+    let frame = dense_frame(1);
+    let with = |densify: u32| {
+        let (outcome, w) = run(&machine(|m| m.tiles_mut().training.densify = densify), &frame);
+        (outcome.served.stages[0], outcome.step.expect("it trains"), w)
+    };
+    let (none, before, w) = with(0);
+    let record = ResolvedUnits::for_frame(&machine(|_| {}), &w).ccu.record;
+    let stored = record.position.0 + record.geometry.0 + record.colour.0;
+    let order: Vec<u32> = (0..w.tiles.len()).flat_map(|tile| met(&w, tile).0).collect();
+    let touched = order.iter().collect::<BTreeSet<_>>().len() as u64;
+    for every in [1, 100] {
+        let (some, after, _) = with(every);
+        let own = 8 * touched + (3 * stored * frame.facts.points).div_ceil(u64::from(every));
+        let more = [some.read - none.read, some.write - none.write];
+        assert!(more.iter().all(|bytes| bytes.abs_diff(own) * 500 <= own), "{more:?} {own}");
+        assert!(after.update > before.update && after.chain == before.chain);
+    }
+}

@@ -399,7 +399,7 @@ fn it_keeps_the_laws() {
             &["tail.share=0.3", "tail.latency=9", TAIL_STORE],
             &["front.lazy=true", "raster.engines=1", "raster.saturation=true", "region.width=16"],
             &["dram.model=banked", "front.overlap=frames", "region.cut=exact"],
-            &["training.interval=2"],
+            &["training.interval=2", "training.densify=7"],
             &["training.interval=3", "training.update=visible", "dram.model=banked"],
         ],
         frames: &frames,

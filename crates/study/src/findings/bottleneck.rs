@@ -2,14 +2,17 @@
 //!
 //! Every cycle of a frame is given to one unit that leads: in preprocessing the busiest of its
 //! units (the CCU), behind it the busiest of the others; where the phases overlap, the busiest of
-//! all over the whole frame. What the leading unit does in its phase (works, waits for a cause, has
-//! no work) adds up to the phase, so the shares add up to the frame.
+//! all over the whole frame. What follows the picture of a step of training is the gradient
+//! units', where they have no other work. What the leading unit does in its phase (works, waits
+//! for a cause, has no work) adds up to the phase, so the shares add up to the frame.
 //!
 //! A unit that waits for another unit waits in the end for what holds that one up. Such a wait is
 //! traced to the stages before it (VRU, BSU, QSU, CCU): while a unit has nothing to work on, the
 //! one before it works or waits, for anything but room behind it. Shares of time stand for
 //! simultaneity: which cycles coincide is not recorded.
 
+use powergs_core::flow::steps::StepPart;
+use powergs_core::flow::tile_wise::gradients::GRU;
 use powergs_core::sim::statistics::{Key, Record};
 use powergs_core::stage::{From, Stall, hardware, stage};
 use powergs_energy::action::{Phase, StageId};
@@ -185,23 +188,38 @@ pub fn of(record: &Record) -> Option<Bottleneck> {
     if units.is_empty() || !units.iter().all(Leader::is_known) {
         return None;
     }
+    let behind = behind(record);
+    // Units of the picture have no work then, and gradient units none before.
+    let is_behind = |u: &&Leader| u.unit == GRU && u.idle > 1.0 - behind - NOTHING;
+    let is_apart = units.iter().all(|u| is_behind(&u) || u.idle > behind - NOTHING);
+    let follower = units.iter().find(|u| behind > 0.0 && is_apart && is_behind(u)).cloned();
+    let behind = if follower.is_some() { behind } else { 0.0 };
     let busiest = |in_first: bool| {
         let mine = units.iter().filter(|u| u.works_in(Phase::Preprocessing) == in_first);
+        let mine = mine.filter(|u| follower.is_none() || !is_behind(u));
         mine.max_by(|a, b| a.busy.total_cmp(&b.busy)).cloned()
     };
-    let leaders = match (busiest(true), busiest(false)) {
+    let mut leaders = match (busiest(true), busiest(false)) {
         // A unit that has no work outside of its phase idles at least as long as that.
         (Some(early), Some(late))
             if early.idle > 1.0 - first - NOTHING && late.idle > first - NOTHING =>
         {
             let early_idle = (early.idle - (1.0 - first)).max(0.0);
-            let late_idle = (late.idle - first).max(0.0);
+            let late_idle = (late.idle - first - behind).max(0.0);
             vec![Leader { idle: early_idle, ..early }, Leader { idle: late_idle, ..late }]
         }
         (Some(early), Some(late)) => vec![if early.busy > late.busy { early } else { late }],
         (only, None) | (None, only) => only.into_iter().collect(),
     };
+    leaders.extend(follower.map(|u| Leader { idle: (u.idle - (1.0 - behind)).max(0.0), ..u }));
     Some(found(record, &leaders, &units))
+}
+
+/// Share of a frame that is behind its picture.
+fn behind(record: &Record) -> f64 {
+    let part = |part| record.mean(Key::Step(part)).unwrap_or(0.0);
+    let all: f64 = StepPart::ALL.into_iter().map(part).sum();
+    record.mean(Key::FrameTime).filter(|time| *time > 0.0).map_or(0.0, |time| all / time)
 }
 
 /// Where `share` of the frame begins in which unit `at` of `all` has nothing to work on.

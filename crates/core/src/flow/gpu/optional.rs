@@ -33,6 +33,7 @@ const TRAINS: Optional = Optional {
         "train.chain",
         "train.accesses",
         "train.step",
+        "train.densify",
     ],
     with: &["train.sum=pixel", "train.atomics=0.05"],
     is_there: |m| m.of_type::<TrainSpec>().trains(),

@@ -103,7 +103,10 @@ pub const SM_DECL: StageDecl = StageDecl {
             Bias::Optimistic,
             "A144",
         )
-        .by("train.sum = \"warp\"", |m| m.of_type::<TrainSpec>().trains()),
+        .by("train.densify = 0", |m| {
+            let train = m.of_type::<TrainSpec>();
+            train.trains() && train.densify == 0
+        }),
     ],
     behind: &["A137", "A138", "A139", "A144"],
     ..StageDecl::new(

@@ -290,6 +290,10 @@ pub struct TrainSpec {
     /// Instructions of the update of a number.
     #[schemars(range(min = 1, max = 10000), extend("x-unit" = "instructions"))]
     pub step: u32,
+    /// Steps from one densification to the next, 0 for none: gradients by the screen are added up
+    /// in each, and all arrays move once in so many.
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "steps"))]
+    pub densify: u32,
 }
 
 impl Default for TrainSpec {
@@ -308,6 +312,7 @@ impl Default for TrainSpec {
             chain: 700,
             accesses: 7,
             step: 16,
+            densify: 0,
         }
     }
 }

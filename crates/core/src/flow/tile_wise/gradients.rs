@@ -151,7 +151,7 @@ pub const GRADIENTS: StageDecl = StageDecl {
             Bias::Optimistic,
             "A146",
         )
-        .by("training.interval = 2", trains),
+        .by("training.densify = 0", |m| trains(m) && m.of_type::<TrainingSpec>().densify == 0),
     ],
     behind: &["A146"],
     ..StageDecl::new(

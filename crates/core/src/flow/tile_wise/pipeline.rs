@@ -321,7 +321,10 @@ pub(crate) fn run<O: Observer>(
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),
-        handed: work.as_ref().filter(|work| work.is_behind()).map(|w| HandedTiles::new(w.cores())),
+        handed: work
+            .as_ref()
+            .filter(|work| work.is_behind())
+            .map(|w| HandedTiles::new(w.cores(), workload.tiles.len())),
         rule_check: RuleCheck::new(instances(units)),
         observer,
     };

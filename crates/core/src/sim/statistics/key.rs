@@ -1,6 +1,7 @@
 //! The statistics that conclusions are drawn from, as typed keys: the catalogue has their names
 //! from here, so that nobody can ask for a number that no run has.
 
+use crate::flow::steps::StepPart;
 use crate::stage::{Stall, hardware, stage};
 use powergs_energy::Component;
 use powergs_energy::action::{BufferId, Phase, StageId};
@@ -73,8 +74,8 @@ pub enum Key {
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
-    /// Time in which the lists of a step of training are gone through in reverse, milliseconds.
-    StepReverse,
+    /// Time of a part of a step of training, milliseconds.
+    Step(StepPart),
     /// Share of the pixels that are rendered, 0 to 1, where not all are.
     PixelsRendered,
     /// Share of the pixels that look up their first Gaussians and are known by them, 0 to 1.
@@ -172,7 +173,7 @@ impl Key {
             Key::SecondMasterRate => "dram.second_master_gb_s".into(),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
-            Key::StepReverse => "step.reverse_ms".into(),
+            Key::Step(part) => format!("step.{}_ms", part.name()),
             Key::PixelsRendered => "pixels.rendered_frac".into(),
             Key::PixelsKnown => "pixels.known_frac".into(),
             Key::SecondEyeKept => "stereo.kept_frac".into(),

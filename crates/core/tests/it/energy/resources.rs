@@ -42,7 +42,7 @@ const FREE: [(&str, &str); 24] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 18] = [
+const BASE: [&str; 19] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
@@ -61,6 +61,7 @@ const BASE: [&str; 18] = [
     "codebook.entries=1024",
     "training.interval=2",
     "gradients.sum-cycles=2",
+    "training.densify=100",
 ];
 
 /// With each kind of price of the memory.

@@ -7,7 +7,8 @@ use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::vru::FEATURES;
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::ledger::Account;
-use crate::kernel::timeline::Observer;
+use crate::kernel::timeline::{Observer, State};
+use crate::stage::Stall;
 
 /// Tiles between rendering units and gradient units.
 #[derive(Debug)]
@@ -16,6 +17,9 @@ pub(super) struct HandedTiles {
     handed: Vec<Vec<u32>>,
     /// Those that are not done.
     waiting: Vec<usize>,
+    /// Tiles of the frame, and those that are done.
+    all: usize,
+    done: usize,
     /// Whether somebody has to look again.
     changed: bool,
 }
@@ -24,8 +28,10 @@ pub(super) struct HandedTiles {
 const KEPT_TILES: usize = 2;
 
 impl HandedTiles {
-    pub(super) fn new(cores: usize) -> HandedTiles {
-        HandedTiles { handed: vec![Vec::new(); cores], waiting: vec![0; cores], changed: false }
+    /// For a frame of so many tiles.
+    pub(super) fn new(cores: usize, all: usize) -> HandedTiles {
+        let (handed, waiting) = (vec![Vec::new(); cores], vec![0; cores]);
+        HandedTiles { handed, waiting, all, done: 0, changed: false }
     }
 
     /// Whether a core may begin a tile.
@@ -106,6 +112,11 @@ impl GradientUnit {
         if let Some(handed) = handed {
             let left = self.stream.left();
             // Only a core that was held has to look again.
+            handed.done += handed.waiting[core].saturating_sub(left);
+            if left == 0 && handed.done < handed.all {
+                // Its core has not rendered the next one.
+                self.stream.account.is(State::Stalled(Stall::INPUT));
+            }
             handed.changed |= left < KEPT_TILES && handed.waiting[core] >= KEPT_TILES;
             handed.waiting[core] = left;
         }
