@@ -273,7 +273,7 @@ pub struct PowerArgs {
     #[arg(long, value_name = "RATE", value_parser = super::replay::display_rate)]
     pub fps: Option<f64>,
     /// Also say what the training of the run would take on this machine: a GPU, or one that trains
-    /// (`vorion-train`)
+    /// (`vorion-train`, `gsarch`)
     #[arg(hide_short_help = true, long, value_name = "MACHINE")]
     pub train_on: Option<String>,
     /// Where it is counted.

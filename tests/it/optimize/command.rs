@@ -285,6 +285,8 @@ fn flags_that_make_no_sense_are_refused_before_anything_is_written() {
     usage(&["--set", "vru.cores=2"], "no machine");
     usage(&["--resume"], "no run to go on with");
     usage(&["--path-frames", "0"], "--path-frames");
+    usage(&["--train-on", "gscore"], "renders and does not train");
+    usage(&["--train-on", "splatonic"], "updates no model");
     fails(folder.path(), &[], Exit::Usage, "no views");
     assert!(!folder.path().join("run").exists());
 }
