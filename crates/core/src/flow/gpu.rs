@@ -311,6 +311,7 @@ impl Kernels {
         let cache = if attached { m.attached.cache.capacity } else { m.l2.capacity };
         let key = FilterKey {
             capacity: cache.0,
+            whole: m.attached.implementation == AttachedImpl::Tile,
             entry: m.blend.entry.0,
             feature: sectors,
             geometry: workload.geometry,

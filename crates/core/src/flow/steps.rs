@@ -3,8 +3,7 @@
 //!
 //! **Chain**: gradients of a Gaussian by mean, conic, opacity and colour become those by its
 //! parameters. **Update**: values, gradients and moments pass through the memory. Units take
-//! batches
-//! of Gaussians in turn.
+//! batches of Gaussians in turn.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

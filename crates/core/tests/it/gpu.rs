@@ -10,6 +10,7 @@ use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
 use powergs_core::flow::gpu::{Gpu, GpuKernel, KernelPart, Kernels, WARP};
 use powergs_core::flow::{FlowOutcome, FrameTask};
 use powergs_core::kernel::Memo;
+use powergs_core::kernel::blocks::BlockStream;
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
 use powergs_core::stage::work_id;
@@ -134,7 +135,8 @@ fn the_cache_is_a_queue_of_what_came_last() {
     let machine = machine(&["blend.batch=32"]);
     let work = workload(&frame, machine.gpu());
     for capacity in [0, 500, 3000, 20_000, 1 << 30] {
-        let key = FilterKey { capacity, entry: 4, feature: 96, geometry: work.geometry };
+        let key =
+            FilterKey { capacity, entry: 4, feature: 96, whole: false, geometry: work.geometry };
         let mut queue: VecDeque<(Option<u32>, u64)> = VecDeque::new();
         let (mut held, mut found) = (0, Filtered::default());
         for tile in &work.tiles {
@@ -164,7 +166,8 @@ fn the_cache_is_a_queue_of_what_came_last() {
         assert!((ours.hits as f64 - found.hits as f64).abs() < 0.02 * all, "{capacity}: {ours:?}");
     }
     let all = |capacity| {
-        let key = FilterKey { capacity, entry: 4, feature: 96, geometry: work.geometry };
+        let key =
+            FilterKey { capacity, entry: 4, feature: 96, whole: false, geometry: work.geometry };
         Filtered::new(&work, &key)
     };
     let splats = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
@@ -450,6 +453,9 @@ fn a_unit_beside_it_takes_what_its_pixels_take() {
     }
     assert!(near(rows.0.reach[0], reached), "{:?} {reached}", rows.0.reach);
     assert!(near(pixels.0.reach[1], live) && pixels.0.reach[0] == pixels.0.reach[1]);
+    // What never stops reads every list to its end.
+    let [read, _] = BlockStream::bytes(&tiles.0.blocks);
+    assert!(read >= w.list.len() as u64 * 4 && read > BlockStream::bytes(&boxes.0.blocks)[0]);
     assert!(near(boxes.0.reach[0], square), "{:?} {square}", boxes.0.reach);
 }
 

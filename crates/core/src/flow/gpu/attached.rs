@@ -1,8 +1,6 @@
 //! A unit that blends beside a GPU (`attached`; A147): GBU's rows, the boxes of GauRast's
-//! rasteriser,
-//! the whole tile of an axis-shared array. The GPU makes the lists; the unit has its own clock and
-//! a
-//! cache of Gaussians, and takes its part of the memory that both share.
+//! rasteriser, the whole tile of an axis-shared array. The GPU makes the lists; the unit has its
+//! own clock and a cache of Gaussians, and takes its part of the memory that both share.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -111,6 +109,7 @@ struct TileCost {
     reach: PixelReach,
     rows: u64,
     entries: u64,
+    never_stops: bool,
 }
 
 impl AttachedWork {
@@ -130,7 +129,7 @@ impl AttachedWork {
             reach: [0; 2],
             rows: 0,
             cached: [0, filtered.misses],
-            blends: workload.counters.blends,
+            blends: 0,
             feature,
         };
         let ratio = clock.0 / spec.clock.0;
@@ -140,6 +139,7 @@ impl AttachedWork {
                 read: cost.entries * m.blend.entry.0 + u64::from(misses) * feature,
                 write: u64::from(tile.pixels) * m.blend.pixel.0,
             });
+            work.blends += if cost.never_stops { cost.reach.slots } else { tile.blends };
             work.reach[0] += cost.reach.slots;
             work.reach[1] += cost.reach.live;
             work.rows += cost.rows;
@@ -176,6 +176,7 @@ fn cost(workload: &FrameWorkload, tile: usize, spec: &AttachedSpec) -> TileCost 
             let slots = entries * pixels;
             cost.reach = PixelReach { slots, live: slots };
             (cost.cycles, cost.entries) = (entries * pixels.div_ceil(lanes), entries);
+            cost.never_stops = true;
         }
         AttachedImpl::Rows => {
             let mut units = vec![RowShare::default(); spec.lanes as usize];

@@ -16,6 +16,8 @@ pub struct FilterKey {
     pub entry: u64,
     /// Bytes of a Gaussian, in whole sectors.
     pub feature: u64,
+    /// Whether lists are gone through to their ends, whatever stops.
+    pub whole: bool,
     /// Geometry of the workload.
     pub geometry: Geometry,
 }
@@ -43,7 +45,8 @@ impl Filtered {
         let (mut bytes, mut found) = (0_u64, Filtered::default());
         for tile in &workload.tiles {
             let (list, before) = (workload.list_of(tile), found.misses);
-            for &rank in &list[..(tile.loaded as usize).min(list.len())] {
+            let read = if key.whole { list.len() } else { (tile.loaded as usize).min(list.len()) };
+            for &rank in &list[..read] {
                 bytes += key.entry;
                 let came = &mut came[rank as usize];
                 if *came != u64::MAX && bytes - *came < key.capacity {

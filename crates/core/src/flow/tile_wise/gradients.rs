@@ -1,13 +1,12 @@
 //! Gradients (`training`, `gradients`; A146): a frame is a step of training.
 //!
 //! Each core has a gradient unit. With `gradients.behind` it takes a tile as soon as it is
-//! rendered,
-//! from what its rendering units leave of each blend on chip, and rendering units wait where they
-//! are two tiles ahead. Else the loss of the whole picture comes first, and then lists, features
-//! and
-//! pixels are read once more and α is evaluated again. What a tile has for a Gaussian is added to a
-//! sum in a cache that all cores share; a sum that is not there is fetched from memory for another
-//! one. Gradients by parameters and the update follow ([`steps`](crate::flow::steps)).
+//! rendered, from what its rendering units leave of each blend on chip, and rendering units wait
+//! where they are two tiles ahead. Else the loss of the whole picture comes first, and then lists,
+//! features and pixels are read once more and α is evaluated again. What a tile has for a Gaussian
+//! is added to a sum in a cache that all cores share; a sum that is not there is fetched from
+//! memory for another one. Gradients by parameters and the update follow
+//! ([`steps`](crate::flow::steps)).
 
 use std::ops::Range;
 
