@@ -701,7 +701,9 @@ pub fn left_out(machine: &Machine) -> impl Iterator<Item = &'static OmitDecl> {
 
 /// What may be doubled in a machine: parts of the memory, then what its stages declare.
 pub fn doubles(machine: &Machine) -> impl Iterator<Item = &'static DoubleDecl> {
-    let of_stages = machine.flow().stages().iter().flat_map(|stage| stage.doubles);
+    let is_there = |stage: &&&StageDecl| stage.units.is_none_or(|units| units(machine) > 0);
+    let stages = machine.flow().stages().iter().filter(is_there);
+    let of_stages = stages.flat_map(|stage| stage.doubles);
     memory::DOUBLES.iter().chain(of_stages).filter(|double| (double.is_there)(machine))
 }
 

@@ -25,7 +25,7 @@ macro_rules! embedded {
     ($folder:literal: $($name:literal),*) => {
         &[$(Embedded {
             name: $name,
-            text: include_str!(concat!("../../../../arch-configs/", $folder, "/", $name, ".toml")),
+            text: include_str!(concat!("../../arch-configs/", $folder, "/", $name, ".toml")),
         }),*]
     };
 }
@@ -37,6 +37,8 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "a5000",
     "a6000",
     "agx-orin",
+    "agx-orin-draws",
+    "agx-orin-vrpipe",
     "axis-shared",
     "chang",
     "degs",
@@ -92,6 +94,7 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "orin-nx-gbu",
     "orin-nx-module",
     "agx-orin-module",
+    "agx-orin-rops",
     "rtx-3090-board",
     "titan-rtx-board",
     "a5000-board",
@@ -144,19 +147,19 @@ pub const SYNTH: &[Embedded] = embedded!("synth":
 );
 
 /// Where the numbers come from.
-pub(crate) const REFERENCES: &str = include_str!("../../../../arch-configs/references.toml");
+pub(crate) const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
 
 /// Every assumption with its knob.
-pub(crate) const ASSUMPTIONS: &str = include_str!("../../../../arch-configs/assumptions.toml");
+pub(crate) const ASSUMPTIONS: &str = include_str!("../../arch-configs/assumptions.toml");
 
 /// Keys that move nothing under a condition.
-pub const INERT: &str = include_str!("../../../../arch-configs/inert.toml");
+pub const INERT: &str = include_str!("../../arch-configs/inert.toml");
 
 /// Energy and area from one technology node to another.
-pub const NODES: &str = include_str!("../../../../arch-configs/nodes.toml");
+pub const NODES: &str = include_str!("../../arch-configs/nodes.toml");
 
 /// SRAM banks after CACTI 7.
-pub const CACTI: &str = include_str!("../../../../arch-configs/sram/cacti-7.csv");
+pub const CACTI: &str = include_str!("../../arch-configs/sram/cacti-7.csv");
 
 /// The file of this name.
 pub fn find(files: &[Embedded], name: &str) -> Option<&'static str> {

@@ -13,7 +13,9 @@
 //! (A139).
 //! Between two kernels passes `launch.gap`.
 //!
-//! A unit beside the GPU may blend in place of the last kernel (`attached`; [`attached`]).
+//! A unit beside the GPU may blend in place of the last kernel (`attached`; [`attached`]), or the
+//! raster operations of the graphics pipeline (`rops`; [`rops`]): then Gaussians are not paired
+//! with tiles, and sorted once by their depth.
 //!
 //! A frame that is trained on (`train.sum`; A144) goes on: the loss of its picture, the lists in
 //! reverse with the gradients of each pixel, which are added up for Gaussians, gradients by
@@ -25,6 +27,7 @@ pub mod blocks;
 pub mod cache;
 mod check;
 mod optional;
+pub mod rops;
 mod stages;
 mod tables;
 pub mod warps;
@@ -52,13 +55,14 @@ use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
 use powergs_dram::AddressRange;
 use powergs_energy::action::{ActionCounts, Phase};
 
-pub use stages::{ATTACHED_DECL, SM_DECL};
+pub use stages::{ATTACHED_DECL, QUAD_BLENDED, ROP_DECL, SM_DECL};
 pub use tables::*;
 
 use attached::AttachedWork;
 use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered};
-use stages::{ATTACHED, EXPONENTIAL, INSTRUCTION, L2, SM};
+use rops::{CORNERS, DrawKey, Drawn};
+use stages::{ATTACHED, EXPONENTIAL, INSTRUCTION, L2, ROP, SM};
 use warps::{FrameWarps, WarpShape};
 
 const KEY: &str = "gpu";
@@ -67,7 +71,7 @@ const KEY: &str = "gpu";
 pub const BLOCK: u32 = 256;
 
 /// Its stages.
-pub const STAGES: [&StageDecl; 2] = [&SM_DECL, &ATTACHED_DECL];
+pub const STAGES: [&StageDecl; 3] = [&SM_DECL, &ATTACHED_DECL, &ROP_DECL];
 
 /// The dataflow with its stages.
 pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: &STAGES };
@@ -271,6 +275,8 @@ pub struct GpuKernel {
     pub memory: [u64; 2],
     /// Numbers that the L2 cache adds to what is in memory.
     pub atomics: u64,
+    /// Cycles in which the rasteriser finds its quads, and in which they are blended.
+    pub raster: [u64; 2],
     /// Where these begin.
     place: [u64; 2],
     /// For how many cycles each multiprocessor computes.
@@ -284,6 +290,8 @@ pub struct Kernels {
     pub all: Vec<GpuKernel>,
     /// What a unit beside them blends.
     pub attached: Option<AttachedWork>,
+    /// What raster operations draw.
+    pub drawn: Option<Arc<Drawn>>,
     /// Where what it reads and writes begins.
     places: [u64; 2],
     warps: Arc<FrameWarps>,
@@ -319,12 +327,13 @@ impl Kernels {
         let filtered = memo.get(key, |key| Filtered::new(workload, key));
         let mut make = KernelMaker { machine, m, all: Vec::new() };
         let (points, tiles) = (workload.counters.points, workload.tiles.len() as u64);
-        let pairs = workload.counters.tile_pairs;
+        let draws = m.rops.is_there();
         let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
 
         // Arrays lie one after the other: the scene, what is made of it, pairs twice, the image.
         let c = &m.convert;
         let [alive, seen] = warps.gaussians;
+        let pairs = if draws { seen } else { workload.counters.tile_pairs };
         let degree = c.colour.0 * workload.sh_degree.coefficients() / 16;
         let scene = points * (c.position.0 + c.shape.0 + c.colour.0);
         let made = scene + points * (c.mark.0 + c.covariance.0 + c.result.0 + 2 * COUNT);
@@ -344,12 +353,15 @@ impl Kernels {
         let moved = make.kept(both);
         make.even(KernelPart::Pairs, of_warps(points) * SCANNED, moved, ([scene, made], both));
         let read = points * COUNT + seen * m.pairs.read.0;
-        let instructions =
-            all * u64::from(m.pairs.gaussian) + warps.pair_steps * u64::from(m.pairs.pair);
+        // What is drawn is one number of each Gaussian, and nothing is launched by how many.
+        let steps = if draws { shaded } else { warps.pair_steps };
+        let instructions = all * u64::from(m.pairs.gaussian) + steps * u64::from(m.pairs.pair);
         let both = [read, pairs * pair];
         let moved = make.kept(both);
         make.even(KernelPart::Pairs, instructions, moved, ([scene, made], both));
-        make.last().gap += make_gap(machine, m.launch.readback);
+        if !draws {
+            make.last().gap += make_gap(machine, m.launch.readback);
+        }
 
         let (keys, whole) = (pairs * m.pairs.key.0, pairs * pair);
         let of_keys = of_warps(pairs) * u64::from(m.radix.instructions);
@@ -373,14 +385,19 @@ impl Kernels {
             let moved = make.kept([whole, whole]);
             make.even(KernelPart::Sort, of_keys, moved, (place, [whole, whole]));
         }
-        let both = [keys, tiles * RANGE];
-        let moved = make.kept(both);
-        let ranges = of_warps(pairs) * SCANNED;
-        make.even(KernelPart::Sort, ranges, moved, ([sorted, image - tiles * RANGE], both));
+        if !draws {
+            let both = [keys, tiles * RANGE];
+            let moved = make.kept(both);
+            let ranges = of_warps(pairs) * SCANNED;
+            make.even(KernelPart::Sort, ranges, moved, ([sorted, image - tiles * RANGE], both));
+        }
 
         let attached =
             attached.then(|| AttachedWork::new(workload, m, machine.clock, (&filtered, sectors)));
-        if attached.is_none() {
+        let drawn = draws.then(|| memo.get(DrawKey::of(m), |key| Drawn::new(workload, key)));
+        if let Some(drawn) = &drawn {
+            make.draw(workload, drawn, (seen, sectors), [sorted, image]);
+        } else if attached.is_none() {
             make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
         }
         let pixels = u64::from(workload.width) * u64::from(workload.height);
@@ -390,8 +407,9 @@ impl Kernels {
         }
         let live = workload.counters.alpha_evaluations;
         let live = attached.as_ref().map_or(live, |work| work.reach[1]);
+        let live = drawn.as_ref().map_or(live, |drawn| drawn.live);
         let places = [sorted, image];
-        Kernels { all: make.all, attached, places, end, live, warps, filtered }
+        Kernels { all: make.all, attached, drawn, places, end, live, warps, filtered }
     }
 }
 
@@ -439,6 +457,7 @@ impl KernelMaker<'_> {
             l2,
             memory,
             atomics: 0,
+            raster: [0; 2],
             place,
             computes: vec![(cycles.ceil() as u64).max(1); sm.units as usize],
         });
@@ -501,6 +520,7 @@ impl KernelMaker<'_> {
             l2: [read + entries * sectors, atomics * m.l2.sector.0],
             memory: [read + filtered.misses * (sectors + record), filtered.misses * record],
             atomics,
+            raster: [0; 2],
             place: [lists, gaussians],
             computes,
         });
@@ -585,9 +605,40 @@ impl KernelMaker<'_> {
             l2: [lists + loaded * sectors, pixels * b.pixel.0],
             memory: [lists + filtered.misses * sectors, pixels * b.pixel.0],
             atomics: 0,
+            raster: [0; 2],
             place,
             computes: self.blocks(b, warps),
         });
+    }
+
+    /// What the graphics pipeline draws of so many Gaussians.
+    fn draw(
+        &mut self,
+        workload: &FrameWorkload,
+        drawn: &Drawn,
+        (gaussians, sectors): (u64, u64),
+        place: [u64; 2],
+    ) {
+        let (b, r) = (&self.m.blend, &self.m.rops);
+        let corners = (gaussians * CORNERS).div_ceil(u64::from(WARP)) * u64::from(r.corner);
+        let instructions =
+            corners + drawn.warps * u64::from(r.shade) + drawn.pair_warps * u64::from(r.pair);
+        let read = gaussians * (b.entry.0 + sectors);
+        let quad = rops::QUAD * b.pixel.0;
+        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        let l2 = [read + drawn.places * quad, drawn.places * quad];
+        // What came in leaves again, and at the end all of the picture.
+        let memory = [read + drawn.missed * quad, drawn.missed * quad + pixels * b.pixel.0];
+        let raster = [
+            drawn.found.div_ceil(r.found_per_cycle.into()),
+            drawn.blended.div_ceil(r.quads_per_cycle.into()),
+        ];
+        let special = drawn.warps * u64::from(WARP).div_ceil(self.m.sm.special.into())
+            / u64::from(self.m.sm.units);
+        self.even(KernelPart::Blend, instructions, memory, (place, l2));
+        let last = self.last();
+        (last.exponentials, last.raster) = (drawn.warps, raster);
+        last.computes.iter_mut().for_each(|own| *own = special.max(*own));
     }
 }
 
@@ -603,6 +654,7 @@ struct Stream<'a, O> {
     /// When the kernel before ended.
     ended: u64,
     ledgers: Vec<Ledger>,
+    rops: Option<Ledger>,
     /// When kernels of each part ended, and for how long they worked.
     parts: [u64; KernelPart::ALL.len()],
     converted: u64,
@@ -623,7 +675,20 @@ impl<O: Observer> Stream<'_, O> {
             ledger.book(State::Stalled(stages::LAUNCH), self.ended, began, observer);
             ledger.book(State::Busy(0), began, began + own, observer);
             ledger.book(State::Idle, began + own, computed, observer);
-            ledger.book(State::Stalled(kernel.part.waits()), computed, now, observer);
+            let drawn = began + kernel.raster.into_iter().max().unwrap_or(0);
+            let waits =
+                if kernel.raster[0] > kernel.raster[1] { Stall::INPUT } else { Stall::OUTPUT };
+            ledger.book(State::Stalled(waits), computed, drawn.max(computed), observer);
+            ledger.book(State::Stalled(kernel.part.waits()), drawn.max(computed), now, observer);
+        }
+        if let Some(ledger) = self.rops.as_mut().filter(|_| kernel.raster != [0; 2]) {
+            let observer = &mut *self.observer;
+            let drawn = began + kernel.raster.into_iter().max().unwrap_or(0);
+            let shaded = now.min(computed).max(drawn);
+            ledger.book(State::Idle, 0, began, observer);
+            ledger.book(State::Busy(0), began, drawn, observer);
+            ledger.book(State::Stalled(Stall::INPUT), drawn, shaded, observer);
+            ledger.book(State::Stalled(kernel.part.waits()), shaded, now, observer);
         }
         self.launching += began - self.ended;
         self.parts[kernel.part as usize] += now - began;
@@ -677,7 +742,8 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
                 kernel.l2.iter().sum::<u64>().div_ceil(u64::from(self.m.l2.bytes_per_cycle));
             let added = self.m.train.adding(kernel.atomics, self.m.l2.bytes_per_cycle);
             let moved = arrivals.map(|arrival| self.memory.at(arrival));
-            let least = computes.max(cached).max(added);
+            let [found, blended] = kernel.raster;
+            let least = computes.max(cached).max(added).max(found).max(blended);
             let ends = moved.into_iter().fold(began + least, u64::max);
             if ends > now {
                 return ends;
@@ -731,6 +797,7 @@ fn through<O: Observer>(
         running: None,
         ended: 0,
         ledgers: (0..m.sm.units).map(|n| Ledger::new(SM, n)).collect(),
+        rops: kernels.drawn.is_some().then(|| Ledger::new(ROP, 0)),
         parts: [0; KernelPart::ALL.len()],
         converted: 0,
         launching: 0,
@@ -751,9 +818,10 @@ fn through<O: Observer>(
         };
         stream.parts[KernelPart::Blend as usize] = attached.end.saturating_sub(begins);
     }
-    for ledger in &mut stream.ledgers {
+    for ledger in stream.ledgers.iter_mut().chain(&mut stream.rops) {
         ledger.book(State::Idle, stream.ended, end, stream.observer);
     }
+    units.extend(stream.rops.iter().map(|ledger| cycles(ROP, 1, [ledger].into_iter())));
     units.insert(0, cycles(SM, 1, stream.ledgers.iter()));
     stream.memory.close(end);
     let timing = FrameTiming {
@@ -784,9 +852,18 @@ fn through<O: Observer>(
         actions.charge(Phase::Rendering, DRAM_READ, read);
         actions.charge(Phase::Rendering, DRAM_WRITE, written);
     }
+    if let Some(drawn) = &kernels.drawn {
+        drawn.charge(&mut actions);
+    }
     let [evaluated, _] = kernels.warps.pairs();
+    let evaluated = kernels.drawn.as_ref().map_or(evaluated, |drawn| drawn.warps);
     let slots = evaluated * u64::from(WARP);
     let slots = kernels.attached.as_ref().map_or(slots, |work| work.reach[0]);
+    // What is drawn reads each Gaussian once.
+    let [hits, misses] = match kernels.drawn {
+        Some(_) => [0, kernels.warps.gaussians[1]],
+        None => [kernels.filtered.hits, kernels.filtered.misses],
+    };
     let outcome = FlowOutcome {
         live_evaluations: kernels.live,
         step: m.train.trains().then(|| {
@@ -796,8 +873,8 @@ fn through<O: Observer>(
         kernels: Some(KernelSummary {
             parts: stream.parts,
             launching: stream.launching,
-            hits: kernels.filtered.hits,
-            misses: kernels.filtered.misses,
+            hits,
+            misses,
             slots,
             live: kernels.live,
         }),

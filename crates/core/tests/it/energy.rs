@@ -92,6 +92,10 @@ const UNLIKE_GPU: [&str; 5] =
 /// A GPU with a unit beside it.
 const UNLIKE_ATTACHED: &[&str] = &["attached.lanes=4", "sm.lanes=64", "dram.channels=2"];
 
+/// One whose raster operations blend.
+const UNLIKE_ROPS: &[&str] =
+    &["rops.quads-per-cycle=4", "rops.found-per-cycle=8", "rops.bins=64", "dram.channels=2"];
+
 /// Machines with test units, with a unit between two eyes, with one that knows pixels, and with
 /// gradient units, which one with everything else cannot have.
 const UNLIKE_PARTS: [&[&str]; 4] = [
@@ -117,6 +121,7 @@ pub fn unlike(table: &EnergyTable, more: &[String]) -> Vec<Machine> {
     assert_eq!(all.len(), with_machines.count(), "one of each dataflow");
     let mut parts = UNLIKE_PARTS.map(|sets| ("gscore", sets)).to_vec();
     parts.push(("orin-nx-gbu", UNLIKE_ATTACHED));
+    parts.push(("agx-orin-vrpipe", UNLIKE_ROPS));
     let all = all.iter().chain(&parts).map(|(name, sets)| {
         let mut sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         sets.push("dram.model=bandwidth".to_owned());

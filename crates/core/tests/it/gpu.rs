@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use powergs_base::config::embedded::MACHINES;
 use powergs_core::flow::gpu::blocks::{ThreadBlock, ends};
 use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
+use powergs_core::flow::gpu::rops::Drawn;
 use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
 use powergs_core::flow::gpu::{Gpu, GpuKernel, KernelPart, Kernels, WARP};
 use powergs_core::flow::{FlowOutcome, FrameTask};
@@ -346,6 +347,21 @@ fn gpus_keep_the_laws() {
                 "attached.impl=pixels",
                 r#"attached.cache={ capacity = "0 B", word = "8 B", banks = 1, ports = "1rw" }"#,
             ],
+            &["pairs.test=obb", "rops.impl=boxes", "rops.found-per-cycle=1"],
+            &[
+                "pairs.test=obb",
+                "rops.impl=boxes",
+                "rops.stop=true",
+                "rops.merge=true",
+                "rops.groups=3",
+                "rops.group-side=2",
+                "rops.group-gaussians=4",
+                "rops.bins=3",
+                "rops.quads-per-cycle=1",
+                "blend.tile=8",
+                "blend.warp-width=8",
+                "l2.capacity=2 KiB",
+            ],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=calibrated"],
             // Where nothing but the slowest warp of a block counts.
@@ -379,6 +395,7 @@ fn what_cannot_be_is_refused_with_the_way_out() {
     refused("blend.tile=12", "must be a power of two");
     refused("blend.warp-width=32", "32x1 pixels");
     refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");
+    refused("rops.impl=boxes", "draws oriented boxes: set `pairs.test` = \"obb\"");
     refused("blend.batch=4096", "114688 B of 96 KiB shared memory");
 }
 
@@ -482,4 +499,172 @@ fn kernels_and_unit_share_a_frame() {
     let blends = |outcome: &FlowOutcome| outcome.actions.total(work_id("attached-blend"));
     assert!(blends(&beside) > 1000 && blends(&beside) == blends(&behind));
     assert_eq!(beside.served, behind.served);
+}
+
+/// What raster operations draw, from every pixel of the picture for every Gaussian.
+#[test]
+fn boxes_are_drawn_as_pixel_by_pixel() {
+    let frame = dense_frame(1);
+    let drawn = |sets: &[&str]| {
+        let sets = [&["pairs.test=obb", "rops.impl=boxes", "l2.capacity=9 KiB"], sets].concat();
+        let machine = machine(&sets);
+        let work = workload(&frame, machine.gpu());
+        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        (*kernels.drawn.expect("raster operations"), machine.gpu().clone(), work)
+    };
+    let all: [&[&str]; 5] = [
+        &[],
+        &["rops.bins=4", "rops.bin-quads=20", "blend.pixel=8 B"],
+        &["rops.stop=true", "rops.merge=true", "rops.bins=7"],
+        &["rops.merge=true", "rops.groups=2", "rops.group-side=3", "rops.group-gaussians=5"],
+        &["rops.stop=true", "rops.merge=true", "rops.groups=9", "rops.bin-quads=31"],
+    ];
+    let mut before = None;
+    for sets in all {
+        let (drawn, gpu, work) = drawn(sets);
+        let own = draw(&work, &gpu);
+        let both = [
+            [own.found, drawn.found],
+            [own.shaded, drawn.shaded],
+            [own.live, drawn.live],
+            [own.warps, drawn.warps],
+            [own.pair_warps, drawn.pair_warps],
+            [own.blended, drawn.blended],
+            [own.places, drawn.places],
+            [own.missed, drawn.missed],
+            [own.flushes, drawn.flushes],
+        ];
+        // What rounds on the edge of a box or an ellipse may be met here and not there.
+        let near = both.iter().all(|[a, b]| a.abs_diff(*b) * 200 <= *b);
+        assert!(near && drawn.shaded > 10_000, "{sets:?}: {both:?}");
+        let first = *before.get_or_insert(drawn);
+        assert!(drawn.found == first.found && drawn.shaded <= first.shaded, "{drawn:?}");
+    }
+}
+
+/// A bin or a group that waits: its key, and what is in it.
+type Waits<T> = Vec<(usize, Vec<T>)>;
+
+/// A quad: its tile, its place in it, whether it blends.
+type Quad = (usize, u32, bool);
+
+/// The same by loops over pixels and queues.
+fn draw(work: &FrameWorkload, gpu: &Gpu) -> Drawn {
+    let (r, side) = (&gpu.rops, gpu.blend.tile);
+    let pixels = work.pixels.as_ref().expect("asked for");
+    let mut drawn = Drawn::default();
+    let (mut groups, mut bins): (Waits<Vec<Quad>>, Waits<Quad>) = Default::default();
+    let (mut picture, most) =
+        (Vec::<usize>::new(), gpu.l2.capacity.0 / (u64::from(side * side) * gpu.blend.pixel.0));
+    let mut flush = |drawn: &mut Drawn, (tile, quads): (usize, Vec<Quad>)| {
+        drawn.flushes += 1;
+        drawn.shaded += quads.len() as u64;
+        drawn.warps += (quads.len() as u64).div_ceil(8);
+        let mut merged = 0;
+        let mut places = 0;
+        for place in 0..64 {
+            let own: Vec<bool> = quads.iter().filter(|q| q.1 == place).map(|q| q.2).collect();
+            let at_once = if r.merge { 2 } else { 1 };
+            let blended = own.chunks(at_once).filter(|all| all.contains(&true)).count() as u64;
+            merged += own.chunks(at_once).filter(|all| all.len() == 2).count() as u64;
+            places += u64::from(own.contains(&true));
+            drawn.blended += blended;
+        }
+        drawn.pair_warps += (2 * merged).div_ceil(8);
+        drawn.places += places;
+        if places > 0 && !picture.contains(&tile) {
+            drawn.missed += places;
+            picture.push(tile);
+            if picture.len() as u64 > most {
+                picture.remove(0);
+            }
+        }
+    };
+    let mut shade = |drawn: &mut Drawn, bins: &mut Waits<Quad>, quad: Quad| {
+        if !bins.iter().any(|bin| bin.0 == quad.0) {
+            if bins.len() == r.bins as usize {
+                flush(drawn, bins.remove(0));
+            }
+            bins.push((quad.0, Vec::new()));
+        }
+        let at = bins.iter().position(|bin| bin.0 == quad.0).expect("there");
+        bins[at].1.push(quad);
+        if bins[at].1.len() == r.bin_quads as usize {
+            flush(drawn, bins.remove(at));
+        }
+    };
+    for rank in 0..work.index.len() as u32 {
+        let splat = &pixels.splats[rank as usize];
+        let [a, b, d] = splat.cov.map(f64::from);
+        let angle = 0.5 * (2.0 * b).atan2(a - d);
+        let root = (0.25 * (a - d).powi(2) + b * b).sqrt();
+        let half = [1.0, -1.0].map(|sign| 3.0 * (0.5 * (a + d) + sign * root).max(0.0).sqrt());
+        let mut own: Waits<Quad> = Vec::new();
+        for (tile, of_tile) in work.tiles.iter().enumerate() {
+            let list = work.list_of(of_tile);
+            let Some(at) = list.iter().position(|r| *r == rank) else { continue };
+            let (x0, y0, x1, y1) = work.pixels_of(tile);
+            let [column, row] =
+                [tile as u32 % work.tiles_x, tile as u32 / work.tiles_x].map(|n| n / r.group_side);
+            let group = (row * 1000 + column) as usize;
+            if !own.iter().any(|own| own.0 == group) {
+                own.push((group, Vec::new()));
+            }
+            let own = own.iter_mut().find(|own| own.0 == group).expect("there");
+            for place in 0..(side / 2).pow(2) {
+                let [left, top] = [place % (side / 2), place / (side / 2)].map(|n| 2 * n);
+                let (mut covers, mut shades, mut blends) = (false, false, false);
+                for (x, y) in
+                    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| (x0 + left + x, y0 + top + y))
+                {
+                    let [dx, dy] = [
+                        f64::from(x) - f64::from(splat.mean[0]),
+                        f64::from(y) - f64::from(splat.mean[1]),
+                    ];
+                    let along = dx * angle.cos() + dy * angle.sin();
+                    let across = dy * angle.cos() - dx * angle.sin();
+                    if x >= x1 || y >= y1 || along.abs() > half[0] || across.abs() > half[1] {
+                        continue;
+                    }
+                    covers = true;
+                    let live = pixels.iterated[(y * work.width + x) as usize] > at as u32;
+                    drawn.live += u64::from(live);
+                    if live || !r.stop {
+                        shades = true;
+                        blends |= crate::pixels::alpha(splat, x, y) > 0.0;
+                    }
+                }
+                drawn.found += u64::from(covers);
+                if shades {
+                    own.1.push((tile, place, blends));
+                }
+            }
+        }
+        if r.groups == 0 {
+            let mut quads: Vec<Quad> = own.into_iter().flat_map(|own| own.1).collect();
+            quads.sort_by_key(|quad| (quad.0, quad.1));
+            quads.into_iter().for_each(|quad| shade(&mut drawn, &mut bins, quad));
+            continue;
+        }
+        for (group, quads) in own {
+            if !groups.iter().any(|waits| waits.0 == group) {
+                if groups.len() == r.groups as usize {
+                    let gone = groups.remove(0).1;
+                    gone.into_iter().flatten().for_each(|q| shade(&mut drawn, &mut bins, q));
+                }
+                groups.push((group, Vec::new()));
+            }
+            let at = groups.iter().position(|waits| waits.0 == group).expect("there");
+            groups[at].1.push(quads);
+            if groups[at].1.len() == r.group_gaussians as usize {
+                let gone = groups.remove(at).1;
+                gone.into_iter().flatten().for_each(|q| shade(&mut drawn, &mut bins, q));
+            }
+        }
+    }
+    for (_, gone) in groups {
+        gone.into_iter().flatten().for_each(|q| shade(&mut drawn, &mut bins, q));
+    }
+    bins.into_iter().for_each(|bin| flush(&mut drawn, bin));
+    drawn
 }

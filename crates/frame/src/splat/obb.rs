@@ -185,7 +185,7 @@ impl ObbRow<'_> {
 /// (cos θ, sin θ) of the major axis, θ = ½ atan2(2b, a − d), by half-angle formulas that do not
 /// cancel. An isotropic splat has θ = 0.
 #[inline]
-fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
+pub(super) fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
     // In double precision the squares of the largest covariances do not overflow.
     let (x, y) = (f64::from(a - d), 2.0 * f64::from(b));
     let h = (x * x + y * y).sqrt() as f32;
@@ -204,7 +204,7 @@ fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
 
 /// Three sigma along the major and the minor axis.
 #[inline]
-fn half_lengths(a: f32, b: f32, d: f32) -> [f32; 2] {
+pub(super) fn half_lengths(a: f32, b: f32, d: f32) -> [f32; 2] {
     let mid = 0.5 * (a + d);
     let root = (mid * mid - (a * d - b * b)).max(0.0).sqrt();
     [3.0 * (mid + root).max(0.0).sqrt(), 3.0 * (mid - root).max(0.0).sqrt()]

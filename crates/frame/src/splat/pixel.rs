@@ -1,5 +1,6 @@
 //! A splat pixel by pixel, in plain arithmetic: for pictures and counts in an order of one's own.
 
+use super::obb::{half_lengths, principal_axis};
 use super::{ALPHA_MAX, ALPHA_MIN, Ellipse, Splat};
 
 /// The opacity of a splat by place.
@@ -40,4 +41,36 @@ pub fn spans(
     let first = rows.0.clamp(i64::from(y0), i64::from(y1)) as u32;
     let end = rows.1.clamp(i64::from(first), i64::from(y1)) as u32;
     (first..end).map(move |y| (y, ellipse.and_then(|ellipse| ellipse.span(y, [x0, x1]))))
+}
+
+/// The rows of an area of the image, `(x0, y0, x1, y1)`, half open, with pixel centres inside of
+/// the oriented box of a splat, 3 sigma along both axes, each with the span of these.
+pub fn box_spans(
+    splat: &Splat,
+    (x0, y0, x1, y1): (u32, u32, u32, u32),
+) -> impl Iterator<Item = (u32, [u32; 2])> + use<> {
+    let [a, b, d] = splat.cov;
+    let [c, s] = principal_axis(a, b, d).map(f64::from);
+    let half = half_lengths(a, b, d).map(f64::from);
+    let [mx, my] = splat.mean.map(f64::from);
+    let high = half[0] * s.abs() + half[1] * c.abs();
+    let row = |y: f64| y.clamp(f64::from(y0), f64::from(y1)) as u32;
+    let rows = row((my - high).ceil())..row((my + high).floor() + 1.0);
+    rows.filter_map(move |y| {
+        let dy = f64::from(y) - my;
+        // |dx c + dy s| and |dy c - dx s| are at most the halves.
+        let (mut low, mut high) = (f64::from(x0) - mx, f64::from(x1) - 1.0 - mx);
+        for (slope, offset, half) in [(c, dy * s, half[0]), (-s, dy * c, half[1])] {
+            if slope == 0.0 {
+                high = if offset.abs() <= half { high } else { f64::NEG_INFINITY };
+                continue;
+            }
+            let ends = [(-half - offset) / slope, (half - offset) / slope];
+            low = low.max(ends[0].min(ends[1]));
+            high = high.min(ends[0].max(ends[1]));
+        }
+        let first = (low + mx).ceil();
+        let end = (high + mx).floor() + 1.0;
+        (first < end).then(|| (y, [first as u32, end as u32]))
+    })
 }

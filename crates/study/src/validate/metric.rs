@@ -34,6 +34,8 @@ pub enum Metric {
     BackwardSpeedup,
     /// Time of blending on the other GPU over that on this one.
     BlendSpeedup,
+    /// Quads that raster operations blend on the other GPU over those on this one.
+    QuadSaving,
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
@@ -124,7 +126,7 @@ type MetricFacts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics but those of blocks.
-    const WHOLE: [Metric; 38] = [
+    const WHOLE: [Metric; 39] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -141,6 +143,7 @@ impl Metric {
         Metric::BackwardOverForward,
         Metric::BackwardSpeedup,
         Metric::BlendSpeedup,
+        Metric::QuadSaving,
         Metric::EnergyRatio,
         Metric::EdpRatio,
         Metric::RasterUtilisation,
@@ -190,6 +193,7 @@ impl Metric {
             Metric::BackwardOverForward => ("backward_over_forward", "", false, true),
             Metric::BackwardSpeedup => ("backward_speedup", "x", true, true),
             Metric::BlendSpeedup => ("blend_speedup", "x", true, true),
+            Metric::QuadSaving => ("quad_saving", "x", true, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
             Metric::RasterUtilisation => ("raster_utilisation", "", false, true),
@@ -285,6 +289,7 @@ impl Metric {
                 let time = |t: &Totals| t.kernel_seconds[blend] / t.frames as f64;
                 time(against?) / time(of)
             }
+            Metric::QuadSaving => 1.0 / share(|t| t.quads)?,
             Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
             Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,
             Metric::RasterUtilisation => of.live_evaluations as f64 / of.vru_active as f64,

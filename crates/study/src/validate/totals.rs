@@ -1,7 +1,7 @@
 //! What a machine did with the frames of a workload.
 
 use super::Block;
-use powergs_core::flow::gpu::KernelPart;
+use powergs_core::flow::gpu::{KernelPart, QUAD_BLENDED};
 use powergs_core::flow::tile_wise::TileWise;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
@@ -31,6 +31,8 @@ pub struct Totals {
     pub tile_seconds: f64,
     /// Time of the kernels that convert, pair, sort and blend, where the machine is a GPU.
     pub kernel_seconds: [f64; KernelPart::ALL.len()],
+    /// Quads that raster operations blend.
+    pub quads: u64,
     /// Energy of the chip without its DRAM.
     pub chip_pj: f64,
     /// Energy of the DRAM: accesses, refresh and background.
@@ -91,6 +93,7 @@ impl Totals {
         }
         self.alpha_evaluations += report.counters.alpha_evaluations;
         self.survivors += report.counters.survivors;
+        self.quads += report.actions.total(QUAD_BLENDED);
         self.fetched += report.counters.fetched_points;
         if let Some(tiles) = tiles {
             self.tile_pairs += tiles.counters.tile_pairs;

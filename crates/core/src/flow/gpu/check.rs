@@ -3,6 +3,7 @@
 use super::{BlendSpec, Gpu, WARP};
 use crate::machine::Machine;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
+use powergs_frame::splat::Intersection;
 
 /// How far the bandwidth of a data sheet may be from that of its bus: they are rounded.
 const ROUNDED: f64 = 0.02;
@@ -90,7 +91,40 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
         found.add("convert.registers", message);
     }
     attached(m, &mut found);
+    rops(m, &mut found);
     found.all()
+}
+
+/// Raster operations that blend.
+fn rops(m: &Gpu, found: &mut Found) {
+    if !m.rops.is_there() {
+        return;
+    }
+    for (key, other) in [
+        (
+            "train.sum",
+            m.train.trains().then_some("gradients are found by kernels that have blended"),
+        ),
+        ("attached.impl", m.attached.is_there().then_some("one of them blends")),
+    ] {
+        let Some(why) = other else { continue };
+        let message = format!(
+            "`rops.impl` contradicts `{key}`: {why}; set `rops.impl` = \"none\", or `{key}` = \
+             \"none\""
+        );
+        found.add("rops.impl", message);
+        found.ends_with("rops.impl", "none");
+    }
+    if m.pairs.test != Intersection::Obb {
+        let message = "`rops.impl` draws oriented boxes: set `pairs.test` = \"obb\"";
+        found.add("pairs.test", message.to_owned());
+        found.ends_with("pairs.test", "obb");
+    }
+    if m.blend.tile > 16 {
+        let message =
+            format!("`blend.tile` = {}: bins of raster operations have 16 at most", m.blend.tile);
+        found.add("blend.tile", message);
+    }
 }
 
 /// A unit beside the GPU.

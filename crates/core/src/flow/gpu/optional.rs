@@ -1,9 +1,9 @@
 //! Parts that a GPU may not have.
 
-use super::{AttachedSpec, TrainSpec};
+use super::{AttachedSpec, RopSpec, TrainSpec};
 use crate::machine::Optional;
 
-pub(super) const OPTIONAL: [Optional; 2] = [TRAINS, ATTACHED];
+pub(super) const OPTIONAL: [Optional; 3] = [TRAINS, ATTACHED, ROPS];
 
 const ATTACHED: Optional = Optional {
     what: "an attached unit",
@@ -37,4 +37,34 @@ const TRAINS: Optional = Optional {
     ],
     with: &["train.sum=pixel", "train.atomics=0.05"],
     is_there: |m| m.of_type::<TrainSpec>().trains(),
+};
+
+const ROPS: Optional = Optional {
+    what: "raster operations that blend",
+    switch: "rops.impl",
+    keys: &[
+        "rops.quads-per-cycle",
+        "rops.found-per-cycle",
+        "rops.stop",
+        "rops.merge",
+        "rops.bins",
+        "rops.bin-quads",
+        "rops.groups",
+        "rops.group-side",
+        "rops.group-gaussians",
+        "rops.corner",
+        "rops.shade",
+        "rops.pair",
+    ],
+    with: &[
+        "energy=agx-orin-rops",
+        "pairs.test=obb",
+        "rops.impl=boxes",
+        "rops.merge=true",
+        "rops.groups=4",
+        "rops.bins=4",
+        "rops.shade=2000",
+        "rops.pair=500",
+    ],
+    is_there: |m| m.of_type::<RopSpec>().is_there(),
 };

@@ -1,6 +1,6 @@
 //! The stages of a GPU: its multiprocessors run every kernel; a unit may blend beside them.
 
-use super::{AttachedImpl, AttachedSpec, L2Spec, SmSpec, TrainSpec, WARP};
+use super::{AttachedImpl, AttachedSpec, L2Spec, RopSpec, SmSpec, TrainSpec, WARP};
 use crate::kernel::stream::{reads, writes};
 use crate::machine::Machine;
 use crate::stage::{
@@ -161,6 +161,72 @@ pub const ATTACHED_DECL: StageDecl = StageDecl {
         "A unit beside a GPU that blends the lists which its kernels make. Keys: `attached`.",
     )
 };
+
+/// Raster operations that blend.
+pub const ROP_DECL: StageDecl = StageDecl {
+    units: Some(|m| u32::from(m.of_type::<RopSpec>().is_there())),
+    works: &[
+        work("quad-found", 32, "A quad of 2x2 pixels of which a box covers one, found.")
+            .a_cycle(|m| rate(m, |spec| spec.found_per_cycle)),
+        work("quad-blended", 36, "A quad of 2x2 pixels blended by raster operations.")
+            .a_cycle(|m| rate(m, |spec| spec.quads_per_cycle)),
+    ],
+    buffers: &[buffer("rop_bins", "rops", |m| {
+        let spec = m.of_type::<RopSpec>();
+        let bytes = if spec.is_there() { spec.bytes() } else { 0 };
+        Memory {
+            bank: Bytes(bytes),
+            banks: u32::from(bytes > 0),
+            word: Bytes(16),
+            two_ports: false,
+        }
+    })
+    .full()
+    .sized_by("bins")],
+    parts: &[
+        part("quads", "Quads that are blended in a cycle: `rops.quads-per-cycle`.", |m| {
+            f64::from(m.of_type::<RopSpec>().quads_per_cycle)
+        }),
+        part("found", "Quads that are found in a cycle: `rops.found-per-cycle`.", |m| {
+            f64::from(m.of_type::<RopSpec>().found_per_cycle)
+        }),
+    ],
+    also_waits: &["features"],
+    after: Some("sm"),
+    input: "shaded fragments",
+    doubles: &[
+        double("rops.quads-per-cycle", &["rops.quads-per-cycle"], &["A148"]),
+        double("rops.found-per-cycle", &["rops.found-per-cycle"], &["A148"]),
+    ],
+    omits: &[
+        omit("quads that are on their way when their pixels stop", Bias::Optimistic, "A148")
+            .by("rops.stop = true", |m| m.of_type::<RopSpec>().stop),
+        omit("an alpha of 11 bits, which stops pixels earlier", Bias::Pessimistic, "A148")
+            .by("rops.impl = \"boxes\"", |m| m.of_type::<RopSpec>().is_there()),
+    ],
+    behind: &["A148"],
+    ..StageDecl::new(
+        "rop",
+        "raster operations (ROP)",
+        Phase::Rendering,
+        "The graphics pipeline of a GPU, which draws Gaussians as boxes: the rasteriser, bins of \
+         quads, and raster operations. Keys: `rops`.",
+    )
+};
+
+fn rate(m: &Machine, of: fn(&RopSpec) -> u32) -> f64 {
+    let spec = m.of_type::<RopSpec>();
+    if spec.is_there() { f64::from(of(spec)) } else { 0.0 }
+}
+
+/// Raster operations.
+pub const ROP: StageId = stage_id("rop");
+/// Quads, and Gaussians in front of them, that wait.
+pub const ROP_BINS: BufferId = buffer_id("rop_bins");
+/// A quad found.
+pub const QUAD_FOUND: ActionId = work_id("quad-found");
+/// A quad blended.
+pub const QUAD_BLENDED: ActionId = work_id("quad-blended");
 
 /// Pixels in a cycle of the GPU.
 fn lanes(m: &Machine) -> f64 {

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::attached::{AttachedImpl, AttachedOverlap, AttachedSpec};
+pub use super::rops::{RopImpl, RopSpec};
 use crate::machine::Machine;
 use crate::workload::{Cull, FrameDetail, Geometry};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
@@ -38,12 +39,15 @@ pub struct Gpu {
     /// A unit that blends in place of a kernel.
     #[serde(default)]
     pub attached: AttachedSpec,
+    /// Raster operations that blend in place of a kernel.
+    #[serde(default)]
+    pub rops: RopSpec,
 }
 
 crate::flow::flow_tables!(
     Gpu,
     super::GpuFlow,
-    [sm, l2, bus, launch, convert, pairs, radix, blend, train, attached]
+    [sm, l2, bus, launch, convert, pairs, radix, blend, train, attached, rops]
 );
 
 impl Machine {
@@ -419,10 +423,10 @@ impl Gpu {
         self.sm.resident(tile * tile, registers, u64::from(batch) * shared.0)
     }
 
-    /// Passes of the sort.
+    /// Passes of the sort: by depth, and by tile where Gaussians are paired with tiles.
     pub fn passes(&self, tiles: u64) -> u64 {
-        let bits =
-            u64::from(self.radix.depth) + u64::from(tiles.max(2).next_power_of_two().ilog2());
-        bits.div_ceil(u64::from(self.radix.digit))
+        let of_tiles = tiles.max(2).next_power_of_two().ilog2();
+        let bits = self.radix.depth + if self.rops.is_there() { 0 } else { of_tiles };
+        u64::from(bits.div_ceil(self.radix.digit))
     }
 }
