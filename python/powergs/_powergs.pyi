@@ -11,6 +11,7 @@ from typing_extensions import Unpack
 
 __version__: str
 __model_version__: int
+__build__: str
 
 class _Bar(Protocol):
     """A bar of tqdm, or whatever moves as one."""

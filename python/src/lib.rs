@@ -21,12 +21,17 @@ mod trace;
 mod value;
 mod watch;
 
+use powergs_base::build::{self, Build};
 use pyo3::prelude::*;
 
 /// Everything of `powergs` that is compiled.
 #[pymodule]
 fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    let (major, minor) = powergs_frame::trace::VERSION;
+    let models = powergs_core::sim::MODEL_VERSION;
+    build::is(Build { commit: env!("POWERGS_COMMIT"), models, traces: [major, minor] });
+    module.add("__version__", build::TOOL_VERSION)?;
+    module.add("__build__", build::line())?;
     module.add("__model_version__", powergs_core::sim::MODEL_VERSION)?;
     module.add_class::<cameras::Camera>()?;
     module.add_class::<cameras::Cameras>()?;

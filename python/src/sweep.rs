@@ -278,7 +278,7 @@ impl SweepResult {
             let chart = Bound::new(py, Chart::new(chart))?;
             all.set_item(chart.getattr("name")?, chart)?;
         }
-        let provenance = Provenance { title: self.name.clone(), commands: Vec::new() };
+        let provenance = Provenance { title: self.name.clone(), ..Provenance::default() };
         let page = document(analysis, &[], None, &provenance);
         let knee = (!analysis.table.is_baseline(analysis.knee))
             .then(|| analysis.table.points[analysis.knee as usize]);

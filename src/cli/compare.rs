@@ -196,8 +196,7 @@ fn write(
     folder.write("run.toml", record.as_bytes())?;
     folder.write("compare.csv", &compare::compare_csv(comparison))?;
     let charts = compare::charts(comparison, args.budget.map(|watts| watts.0));
-    let page = compare::document(comparison, &charts, None).markdown(drawing.link());
-    folder.write("summary.md", page.as_bytes())?;
+    folder.write_pages(&compare::document(comparison, &charts, None), drawing)?;
     folder.write_charts(&charts, drawing)
 }
 
@@ -216,8 +215,7 @@ fn write_all(
     let frames = all[0].sides[0].shown.counted(frames);
     let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
     let charts = [chart, compare::breakdown(all, &speedup.traces)];
-    let page = compare::document_of(all, speedup, &charts, None).markdown(drawing.link());
-    folder.write("summary.md", page.as_bytes())?;
+    folder.write_pages(&compare::document_of(all, speedup, &charts, None), drawing)?;
     folder.write_charts(&charts, drawing)
 }
 

@@ -3,6 +3,7 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use powergs_base::build::Build;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::trace::VERSION;
 use toml::Table;
@@ -28,8 +29,6 @@ impl Started {
         table.insert("started".into(), utc(self.0).into());
         let wall = self.0.elapsed().unwrap_or_default();
         table.insert("wall-s".into(), ((wall.as_secs_f64() * 1e3).round() / 1e3).into());
-        table.insert("tool-version".into(), env!("CARGO_PKG_VERSION").into());
-        table.insert("commit".into(), COMMIT.into());
         table.insert("platform".into(), platform().into());
         table.to_string()
     }
@@ -37,6 +36,10 @@ impl Started {
 
 /// The commit that the program was built from, or `unknown`.
 const COMMIT: &str = env!("POWERGS_COMMIT");
+
+/// What it is made of.
+pub const BUILD: Build =
+    Build { commit: COMMIT, models: MODEL_VERSION, traces: [VERSION.0, VERSION.1] };
 
 /// What `--version` says behind the name: versions of the program, of the models and of the traces
 /// that it writes, and the commit.

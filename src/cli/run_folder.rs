@@ -12,6 +12,7 @@ use tempfile::TempDir;
 use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
 use powergs_core::run::store::atomic::{exchange, nameless, sync_folder};
+use powergs_report::document::Document;
 use powergs_report::{Drawing, is_file_name, sweep};
 use powergs_scene::export::FOLDER_FILES;
 
@@ -128,6 +129,14 @@ impl RunFolder {
         debug_assert!(self.kind.has(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::write(path, bytes).map_err(|e| self.kind.cannot(self.target.path(), &e))
+    }
+
+    /// Writes a page for editors and for browsers.
+    pub fn write_pages(&self, page: &Document, drawing: &Drawing) -> Result<(), Failure> {
+        for file in drawing.pages(page).or_exit(Exit::Internal, "report.html")? {
+            self.write(&file.name, &file.bytes)?;
+        }
+        Ok(())
     }
 
     /// Writes the files of every chart.

@@ -6,7 +6,9 @@ use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::invocation::BUILD;
 use super::{Context, Exit, Failure, Global, out};
+use powergs_base::build;
 use powergs_report::Drawing;
 
 /// Runs the command of a program and returns its exit code; errors are on standard error by then.
@@ -15,6 +17,7 @@ pub fn start(
     drawing: Drawing,
     run: impl FnOnce(&Context) -> Result<Exit, Failure>,
 ) -> Exit {
+    build::is(BUILD);
     std::panic::set_hook(Box::new(announce));
     guarded(|| {
         prepare(global, drawing).and_then(|context| run(&context)).unwrap_or_else(|failure| {

@@ -44,9 +44,11 @@ fn draw(name: &str, table: &Table, question: &Question) -> Vec<(&'static str, St
         }
         drawn.push((chart.name, svg));
     }
-    let provenance = Provenance { title: format!("Sweep {name}"), commands: vec!["a <b>".into()] };
+    let commands = vec!["a <b>".into()];
+    let title = format!("Sweep {name}");
+    let provenance = Provenance { title, commands, ..Provenance::default() };
     let page = sweep::document(&analysis, &charts, None, &provenance);
-    fs::write(folder.join("report.html"), page.html("Sweep").expect("HTML")).expect("written");
+    fs::write(folder.join("report.html"), page.html().expect("HTML")).expect("written");
     fs::write(folder.join("summary.md"), page.markdown(Format::Png)).expect("written");
     fs::write(folder.join("terminal.txt"), page.terminal(80)).expect("written");
     drawn
@@ -172,14 +174,16 @@ fn the_html_report_is_one_file_and_escapes() {
     let analysis = Analysis::of(&table, &question).expect("an answer");
     let charts = sweep::charts(&analysis);
     let commands = vec!["powergs-sim sweep 'a<b'".to_owned()];
-    let provenance = Provenance { title: "Sweep units".into(), commands };
-    let html = sweep::document(&analysis, &charts, None, &provenance).html("Sweep").expect("HTML");
+    let title = "Sweep units".into();
+    let provenance = Provenance { title, commands, ..Provenance::default() };
+    let html = sweep::document(&analysis, &charts, None, &provenance).html().expect("HTML");
     assert!(html.contains("Which &lt;units&gt; &amp; why?"));
-    assert!(!html.contains("<script"), "labels are text");
-    assert_eq!(html.matches("<svg").count(), charts.len(), "charts are inside");
+    // The program's own script, and the designs.
+    assert_eq!(html.matches("<script").count(), 2, "labels are text");
+    assert_eq!(html.matches("<svg").count(), 2 * charts.len(), "for wide screens and narrow ones");
     // Names of XML dialects are no addresses that a browser opens.
     let plain = html.replace("http://www.w3.org/2000/svg", "");
-    for network in ["http://", "https://", "<link", "src=", "@import", "url("] {
+    for network in ["http://", "https://", "src=", "@import", "url(", "fetch(", "import("] {
         assert!(!plain.contains(network), "{network}");
     }
     assert!(html.contains("@media print") && html.contains("powergs-sim sweep "));

@@ -2,6 +2,7 @@
 //! errors, pictures in memory.
 
 pub mod budget;
+pub mod build;
 pub mod config;
 pub mod format;
 pub mod number;
@@ -12,5 +13,4 @@ pub mod quantity;
 /// goes away; new names alone do not raise it.
 pub const SCHEMA_VERSION: u32 = 3;
 
-/// Version of the program: all crates of the workspace carry the same one.
-pub const TOOL_VERSION: &str = env!("CARGO_PKG_VERSION");
+pub use build::TOOL_VERSION;

@@ -14,6 +14,7 @@ mod timed;
 use crate::flow::{FrameTask, Work};
 use crate::kernel::Memo;
 use crate::machine::Machine;
+use powergs_base::build;
 use powergs_energy::Prices;
 
 pub use crate::flow::{
@@ -27,6 +28,16 @@ pub use timed::{Timed, priced, time};
 
 /// Version of the models. Raised whenever the same inputs give other numbers.
 pub const MODEL_VERSION: u32 = 12;
+
+/// Says in a record which build made it: versions of the program, of the models and of the traces
+/// that it writes, and the commit.
+pub fn made_by(record: &mut toml::Table) {
+    let (major, minor) = powergs_frame::trace::VERSION;
+    record.insert("tool-version".into(), build::TOOL_VERSION.into());
+    record.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    record.insert("trace-version".into(), format!("{major}.{minor}").into());
+    record.insert("commit".into(), build::commit().into());
+}
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

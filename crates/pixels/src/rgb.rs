@@ -68,16 +68,18 @@ impl RgbImage {
     /// # Errors
     /// An image without pixels.
     pub fn png(&self) -> io::Result<Vec<u8>> {
-        self.png_of(None)
+        self.png_of(None, None)
     }
 
-    /// As [`RgbImage::png`], with the number of pixels in an inch of print.
+    /// As [`RgbImage::png`], with the number of pixels in an inch of print, and the software that
+    /// made it.
     ///
     /// # Errors
     /// As [`RgbImage::png`].
-    pub fn png_of(&self, per_inch: Option<f64>) -> io::Result<Vec<u8>> {
+    pub fn png_of(&self, per_inch: Option<f64>, software: Option<&str>) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        encode(&mut file, self.width, self.height, &self.bytes, per_inch)?;
+        let about = PngAbout { per_inch, software };
+        encode(&mut file, self.width, self.height, &self.bytes, about)?;
         Ok(file)
     }
 }
@@ -87,7 +89,16 @@ impl RgbImage {
 /// # Errors
 /// Those of `out`, and a size that does not fit `rgb`.
 pub fn write_png(out: impl Write, width: u32, height: u32, rgb: &[u8]) -> io::Result<()> {
-    encode(out, width, height, rgb, None)
+    encode(out, width, height, rgb, PngAbout::default())
+}
+
+/// What a PNG says besides its pixels.
+#[derive(Debug, Clone, Copy, Default)]
+struct PngAbout<'a> {
+    /// Pixels in an inch of print.
+    per_inch: Option<f64>,
+    /// What made it.
+    software: Option<&'a str>,
 }
 
 /// Metres in an inch.
@@ -98,7 +109,7 @@ fn encode(
     width: u32,
     height: u32,
     rgb: &[u8],
-    per_inch: Option<f64>,
+    about: PngAbout<'_>,
 ) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgb);
@@ -106,10 +117,13 @@ fn encode(
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
     // PNG counts by the metre.
-    encoder.set_pixel_dims(per_inch.map(|n| {
+    encoder.set_pixel_dims(about.per_inch.map(|n| {
         let per_metre = (n / INCH).round() as u32;
         png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }
     }));
+    if let Some(software) = about.software {
+        encoder.add_text_chunk("Software".to_owned(), software.to_owned())?;
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()?;

@@ -2,6 +2,7 @@
 //! charts. One writer each makes it a terminal's text, Markdown, HTML, JSON or CSV, so that a page
 //! is built once.
 
+mod designs;
 mod html;
 mod json;
 mod markdown;
@@ -9,10 +10,12 @@ mod table;
 mod terminal;
 mod text;
 
+pub use designs::{DesignColumn, DesignValue, PageDesigns};
 pub use table::{Cell, Column, Kind, Table};
 pub use text::{Span, Text};
 
 use powergs_chart::Chart;
+use powergs_pixels::RgbImage;
 
 /// Which writers show a block or a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,15 +27,21 @@ pub enum Shown {
     Terminal,
     /// Markdown and HTML.
     Page,
+    /// HTML, which can answer.
+    Screen,
 }
 
 impl Shown {
     fn on_terminal(self) -> bool {
-        self != Shown::Page
+        matches!(self, Shown::Everywhere | Shown::Terminal)
     }
 
     fn on_page(self) -> bool {
-        self != Shown::Terminal
+        matches!(self, Shown::Everywhere | Shown::Page)
+    }
+
+    fn on_screen(self) -> bool {
+        self.on_page() || self == Shown::Screen
     }
 }
 
@@ -57,6 +66,10 @@ pub enum Block {
     Table(Table),
     /// A chart; terminals leave it out.
     Chart(Chart),
+    /// Designs to look at one by one; on screens alone.
+    Designs(PageDesigns),
+    /// Two pictures of the same, before and after; on screens alone.
+    BeforeAfter(Box<[RgbImage; 2]>),
 }
 
 /// Blocks in reading order.

@@ -28,7 +28,8 @@ pub mod validate;
 
 pub use powergs_base::format;
 
-use powergs_chart::{Chart, Format, Style};
+use document::Document;
+use powergs_chart::{Chart, DrawError, Format, Style};
 use powergs_study::findings::Record;
 use powergs_study::run_record::Run;
 
@@ -52,15 +53,17 @@ pub struct File {
     pub bytes: Vec<u8>,
 }
 
-/// Names of all files that a report folder may hold, but charts.
-const FILE_NAMES: [&str; 10] = [
+/// Names of the pages of a folder.
+pub const PAGES: [&str; 2] = ["summary.md", "report.html"];
+
+/// Names of all files that a report folder may hold, but pages and charts.
+const FILE_NAMES: [&str; 9] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
     "compare.csv",
     "speedup.csv",
     "sensitivity.csv",
-    "summary.md",
     "elasticity.csv",
     "interactions.csv",
     "designs.csv",
@@ -127,8 +130,20 @@ impl Drawing {
         Ok(files)
     }
 
+    /// The pages of a folder: one for editors and forges, one for browsers.
+    ///
+    /// # Errors
+    /// [`DrawError`], which would be a mistake of ours.
+    pub fn pages(&self, page: &Document) -> Result<[File; 2], DrawError> {
+        let [summary, report] = PAGES.map(str::to_owned);
+        Ok([
+            File { name: summary, bytes: page.markdown(self.link()).into_bytes() },
+            File { name: report, bytes: page.html()?.into_bytes() },
+        ])
+    }
+
     /// The kind of file that pages show.
-    pub fn link(&self) -> Format {
+    fn link(&self) -> Format {
         let has = |f: &Format| self.formats.contains(f);
         Format::ALL.into_iter().find(has).unwrap_or(Format::Png)
     }
@@ -142,7 +157,10 @@ fn is_chart(name: &str, charts: &[&str]) -> bool {
 
 /// Whether a report folder may hold a file of this name.
 pub fn is_file_name(name: &str) -> bool {
-    FILE_NAMES.contains(&name) || name == TIMELINE || is_chart(name, &CHART_NAMES)
+    FILE_NAMES.contains(&name)
+        || PAGES.contains(&name)
+        || name == TIMELINE
+        || is_chart(name, &CHART_NAMES)
 }
 
 /// What the catalogue says of a run.
@@ -162,12 +180,11 @@ fn record_of(run: &Run) -> Record {
 /// Without frames.
 pub fn files(run: &Run, drawing: &Drawing) -> Result<Vec<File>, ReportError> {
     let charts = charts::all(run);
-    let summary = page::document(run, &charts, &[]).markdown(drawing.link());
     let mut files = vec![
         File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
         File { name: "results.csv".into(), bytes: csv::results(run) },
-        File { name: "summary.md".into(), bytes: summary.into_bytes() },
     ];
+    files.extend(drawing.pages(&page::document(run, &charts, &[]))?);
     files.extend(drawing.files(&charts)?);
     Ok(files)
 }

@@ -371,10 +371,10 @@ fn what_if(page: &mut Document, experiment: &WhatIf, shown: Frame) {
     let numbers = frames.join(", ");
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
     if experiment.is_calibrated {
-        page.paragraph(
+        page.paragraph(Text::marked(
             "What if: with the DRAM model `calibrated`, from one `banked` run of each frame; \
-             --dram-model banked takes that for every step.",
-        );
+             `--dram-model banked` takes that for every step.",
+        ));
     }
     let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
     let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();

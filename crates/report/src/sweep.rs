@@ -5,6 +5,7 @@ mod axis;
 mod colour;
 mod confirmed;
 mod deadline;
+mod designs;
 mod energy;
 mod front;
 mod keys;
@@ -27,7 +28,8 @@ use powergs_study::analysis::{Analysis, speedup as of_traces};
 
 /// Whether the folder `analysis` may hold a file of this name.
 pub fn is_file_name(name: &str) -> bool {
-    ["pareto.csv", "speedup.csv", "summary.md", "report.html"].contains(&name)
+    ["pareto.csv", "speedup.csv"].contains(&name)
+        || super::PAGES.contains(&name)
         || super::is_chart(name, &CHART_NAMES)
 }
 

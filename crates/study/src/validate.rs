@@ -25,8 +25,8 @@ pub use run::{Built, Measurements, measure};
 pub use workload::Workload;
 
 /// The rows that come with the program.
-pub const PUBLISHED: &str = include_str!("../../../tests/validation/published.csv");
+pub const PUBLISHED: &str = include_str!("../validation/published.csv");
 /// Their workloads.
-pub const WORKLOADS: &str = include_str!("../../../tests/validation/workloads.csv");
+pub const WORKLOADS: &str = include_str!("../validation/workloads.csv");
 /// What came out the last time.
-pub const BASELINE: &str = include_str!("../../../tests/validation/baseline.csv");
+pub const BASELINE: &str = include_str!("../validation/baseline.csv");

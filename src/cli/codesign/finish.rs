@@ -7,12 +7,11 @@ use xxhash_rust::xxh3::xxh3_128;
 use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::inputs::Space;
-use powergs_base::TOOL_VERSION;
 use powergs_codesign::compare::{Comparison, Way};
 use powergs_codesign::export::{Exported, smallest};
 use powergs_codesign::pricing::{MachinePoint, Price};
 use powergs_codesign::{Codesign, Finished};
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::made_by;
 use powergs_report::codesign::{
     charts, document, found_machines, headline, models_csv, pairs_csv, ways,
 };
@@ -29,12 +28,11 @@ pub fn run_toml(codesign: &Codesign, space: &Space) -> Result<String, Failure> {
     let campaign = &codesign.campaign;
     let camera = &campaign.cameras[0];
     let mut root = Table::new();
+    made_by(&mut root);
     let mut set = |key: &str, value: toml::Value| {
         root.insert(key.to_owned(), value);
     };
     let count = |n: usize| toml::Value::Integer(i64::try_from(n).unwrap_or(i64::MAX));
-    set("tool-version", TOOL_VERSION.into());
-    set("model-version", i64::from(MODEL_VERSION).into());
     set("model", campaign.name.clone().into());
     set("gaussians", count(campaign.dense.len()));
     set("views", count(campaign.cameras.len()));
@@ -87,9 +85,9 @@ pub fn finish(
     let drawn = charts(finished, picture.as_ref());
     folder.draw(&drawn, &context.drawing)?;
     let page = document(finished, &drawn);
-    folder.write("summary.md", page.markdown(context.drawing.link()))?;
-    let title = format!("Co-design of {}", finished.about.scene);
-    folder.write("report.html", page.html(&title).or_exit(Exit::Internal, "report.html")?)?;
+    for file in context.drawing.pages(&page).or_exit(Exit::Internal, "report.html")? {
+        folder.write(&file.name, file.bytes)?;
+    }
     tell(finished, folder, context)?;
     Ok(Exit::Done)
 }

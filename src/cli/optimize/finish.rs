@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::super::{Context, Exit, Failure, out};
+use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::foveated;
 use super::training::TrainingCost;
@@ -56,7 +56,9 @@ pub fn finish(
         page.heading("What the training takes on a device");
         page.paragraph(cost.sentence().replace('\n', " "));
     }
-    folder.write("summary.md", page.markdown(context.drawing.link()))?;
+    for file in context.drawing.pages(&page).or_exit(Exit::Internal, "report.html")? {
+        folder.write(&file.name, file.bytes)?;
+    }
     tell(&story, finished, cost.as_ref(), folder, context)?;
     Ok(if finished.model.is_some() { Exit::Done } else { Exit::GoalMissed })
 }

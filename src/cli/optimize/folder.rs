@@ -22,6 +22,7 @@ pub const LAYOUT: FolderLayout = FolderLayout {
         "regions.csv",
         "results.json",
         "summary.md",
+        "report.html",
         "final.ply",
         "final-H.ply",
         "final-M.ply",

@@ -3,8 +3,7 @@
 use toml::{Table, Value};
 
 use super::super::{Exit, Failure, OrExit};
-use powergs_base::TOOL_VERSION;
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::made_by;
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::request::Foveation;
 use powergs_optimize::schedule::Schedule;
@@ -17,8 +16,7 @@ use powergs_optimize::target::TargetRule;
 /// Exit code 4: a defect of ours.
 pub fn run_toml(campaign: &Campaign) -> Result<String, Failure> {
     let mut root = Table::new();
-    root.insert("tool-version".into(), TOOL_VERSION.into());
-    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    made_by(&mut root);
     root.insert("model".into(), model(campaign));
     root.insert("views".into(), views(campaign));
     root.insert("power".into(), power(campaign));

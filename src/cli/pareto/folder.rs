@@ -98,9 +98,7 @@ pub(super) fn write(
         folder.write("speedup.csv", &table)?;
     }
     let page = sweep::document(analysis, &charts, confirmation, provenance);
-    folder.write("summary.md", page.markdown(context.drawing.link()).as_bytes())?;
-    let html = page.html(&provenance.title).or_exit(Exit::Internal, "report")?;
-    folder.write("report.html", html.as_bytes())?;
+    folder.write_pages(&page, &context.drawing)?;
     for chart in &charts {
         if context.is_cancelled() {
             return Ok(None);

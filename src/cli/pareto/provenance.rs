@@ -20,7 +20,15 @@ pub(super) fn provenance(sweep: &SweepFacts, typed: &[String]) -> Provenance {
         [] => commands.push("powergs-sim pareto DIR".into()),
         typed => commands.push(line(typed.iter().cloned())),
     }
-    Provenance { title: format!("Sweep {title}").trim().to_owned(), commands }
+    Provenance {
+        title: format!("Sweep {title}").trim().to_owned(),
+        commands,
+        // A folder has the whole path of a file in its sweep.
+        machine: sweep.machine.rsplit(['/', '\\']).next().unwrap_or_default().to_owned(),
+        set: sweep.set.clone(),
+        variants: sweep.variants.clone(),
+        trace: sweep.traces.first().cloned().unwrap_or_default(),
+    }
 }
 
 /// Words as one line of a shell; the program without its folder.

@@ -5,9 +5,8 @@ use serde_json::Value;
 use super::{SensitivityArgs, SensitivityResults};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Exit, Failure, OrExit};
-use powergs_base::TOOL_VERSION;
 use powergs_core::run::{Input, System, TraceFile};
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::made_by;
 use powergs_report::Drawing;
 use powergs_report::document::Document;
 use powergs_report::sensitivity::{self, interactions, keys};
@@ -28,7 +27,7 @@ pub fn write(
             folder.write("sensitivity.csv", &table)?;
             let charts = sensitivity::charts(all);
             let page = sensitivity::document(all, &charts, None);
-            folder.write("summary.md", page.markdown(drawing.link()).as_bytes())?;
+            folder.write_pages(&page, drawing)?;
             folder.write_charts(&charts, drawing)?;
             Ok(table)
         }
@@ -47,7 +46,7 @@ pub fn write(
                 page.extend(interactions::document(together, &charts, None));
                 folder.write_charts(&charts, drawing)?;
             }
-            folder.write("summary.md", page.markdown(drawing.link()).as_bytes())?;
+            folder.write_pages(&page, drawing)?;
             Ok(table)
         }
     }
@@ -100,8 +99,7 @@ pub fn record(
         toml::Value::Table(table)
     };
     let mut table = toml::Table::new();
-    table.insert("tool-version".into(), TOOL_VERSION.into());
-    table.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    made_by(&mut table);
     table.insert("inputs".into(), inputs.iter().map(input).collect::<Vec<_>>().into());
     table.insert("experiment".into(), experiment(args).into());
     let machine: toml::Table =

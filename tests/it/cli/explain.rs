@@ -128,6 +128,9 @@ fn every_assumption_and_every_source_is_explained() {
     a1.stdout(contains("ccu.operations-per-cycle").and(contains("426 in gscore")));
     let powergs = program(&["explain", "powergs"]).assert().code(0);
     powergs.stdout(contains("SIGGRAPH Asia 2025").and(contains("cited by")));
+    let link = "https://arxiv.org/abs/2509.21702";
+    let powergs = program(&["explain", "powergs"]).assert().code(0);
+    powergs.stdout(contains("10.1145/3757377.3763851").and(contains(link)));
     program(&["explain", "A999"]).assert().code(2).stderr(contains("nothing is called `A999`"));
 }
 

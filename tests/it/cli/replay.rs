@@ -49,7 +49,7 @@ fn writes_the_whole_folder_and_the_same_bytes_twice() {
         .map(|entry| entry.expect("a file").file_name().into_string().expect("text"))
         .collect();
     names.sort();
-    assert_eq!(names.len(), 4 + 2 * 7, "{names:?}");
+    assert_eq!(names.len(), 5 + 2 * 7, "{names:?}");
     for name in names.iter().map(String::as_str) {
         let read = |folder: &Path| fs::read(folder.join(name)).expect(name);
         assert!(!read(&a).is_empty(), "{name}");

@@ -16,8 +16,19 @@ pub struct Reference {
     pub title: String,
     /// Where it was published.
     pub venue: String,
+    /// Its DOI, where it has one.
+    pub doi: Option<String>,
+    /// Where it can be read.
+    pub url: Option<String>,
     /// What is taken from it, and how far it can be trusted.
     pub note: Option<String>,
+}
+
+impl Reference {
+    /// An address: the one that is given, or that of its DOI.
+    pub fn link(&self) -> Option<String> {
+        self.url.clone().or_else(|| self.doi.as_ref().map(|doi| format!("https://doi.org/{doi}")))
+    }
 }
 
 /// All sources by key.

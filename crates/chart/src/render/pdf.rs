@@ -1,6 +1,7 @@
 //! A page as PDF, for papers. Letters are outlines, so no font is embedded; every line of text
 //! carries its words, so that it can be searched and copied.
 
+use powergs_base::build;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
@@ -50,8 +51,9 @@ pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
         );
         file.stream(&about, image.bytes())?;
     }
-    let title = format!("<< /Title {} /Subject {} >>", hex(&scene.title), hex(&scene.description));
-    let info = file.object(&title);
+    let texts = [&scene.title, &scene.description, &build::line()].map(|text| hex(text));
+    let [title, subject, creator] = texts;
+    let info = file.object(&format!("<< /Title {title} /Subject {subject} /Creator {creator} >>"));
     Ok(file.finish(info))
 }
 

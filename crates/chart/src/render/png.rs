@@ -1,5 +1,6 @@
 //! A page as PNG: shapes and letters filled with tiny-skia.
 
+use powergs_base::build;
 use powergs_pixels::RgbImage;
 use tiny_skia::{
     Color, FillRule, FilterQuality, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect,
@@ -26,7 +27,7 @@ pub(crate) fn png(scene: &Scene) -> Result<Vec<u8>, String> {
     let rgb: Vec<u8> = page.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
     let image = RgbImage::from_bytes(width, height, rgb).ok_or("no page")?;
     let per_inch = scene.sheet.units_per_inch() * f64::from(zoom);
-    image.png_of(Some(per_inch)).map_err(|e| e.to_string())
+    image.png_of(Some(per_inch), Some(&build::line())).map_err(|e| e.to_string())
 }
 
 fn paint((r, g, b): Rgb) -> Paint<'static> {

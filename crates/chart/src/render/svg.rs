@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
 use crate::Sheet;
+use powergs_base::build;
 
 /// The font of the measured widths, then others of about the same.
 const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
@@ -25,10 +26,12 @@ pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
     let mut out = format!(
         "<svg width=\"{wide}\" height=\"{high}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
          xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n<desc>{}</desc>\n\
+         <metadata>{}</metadata>\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <g font-family=\"{FONTS}\" fill=\"none\">\n",
         escaped(&scene.title),
-        escaped(&scene.description)
+        escaped(&scene.description),
+        escaped(&build::line())
     );
     for shape in &scene.shapes {
         draw(&mut out, shape)?;

@@ -7,8 +7,8 @@ use super::note;
 use crate::ReportError;
 use crate::document::{Cell, Column, Table};
 use powergs_base::TOOL_VERSION;
-use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{catalogue, shown};
+use powergs_core::sim::{MODEL_VERSION, made_by};
 use powergs_study::findings::bottleneck;
 use powergs_study::findings::compare::{Better, Comparison, Side};
 use powergs_study::run_record::SCHEMA_VERSION;
@@ -139,8 +139,7 @@ pub fn run_toml(comparison: &Comparison) -> Result<String, ReportError> {
 pub fn run_toml_of(all: &[Comparison]) -> Result<String, ReportError> {
     let mut root = toml::Table::new();
     root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
-    root.insert("tool-version".into(), TOOL_VERSION.into());
-    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    made_by(&mut root);
     let side = |s: &Side| {
         let mut table = toml::Table::new();
         table.insert("label".into(), s.label.clone().into());

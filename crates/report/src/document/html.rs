@@ -1,24 +1,35 @@
-//! HTML: one file that needs no network and prints well.
+//! HTML: one file that needs no network, prints well, and answers where scripts run.
 
-use super::{Block, Document, Span, Table, Text};
-use powergs_chart::{DrawError, Style};
+use super::{Block, Document, PageDesigns, Span, Table, Text};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use powergs_chart::{Chart, DrawError, Sheet, Style};
+use powergs_pixels::RgbImage;
 
 const STYLE: &str = include_str!("html.css");
+const SCRIPT: &str = include_str!("page.js");
 
 impl Document {
-    /// The page, with the charts inside; `title` names the window.
+    /// The page, with the charts inside; its title names the window.
     ///
     /// # Errors
     /// [`DrawError`], which would be a mistake of ours.
-    pub fn html(&self, title: &str) -> Result<String, DrawError> {
-        let title = escaped(title);
+    pub fn html(&self) -> Result<String, DrawError> {
+        let titles = self.blocks.iter().find_map(|(_, block)| match block {
+            Block::Title(text) => Some(text.plain()),
+            _ => None,
+        });
+        let title = escaped(&titles.unwrap_or_else(|| "powergs-sim".into()));
+        let made_by = escaped(&powergs_base::build::line());
         let mut page = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta \
-             name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n"
+             name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta \
+             name=\"generator\" content=\"{made_by}\">\n<link rel=\"icon\" \
+             href=\"data:,\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n\
+             <body>\n<main>\n"
         );
         page += &self.fragment()?;
-        Ok(page + "</body>\n</html>\n")
+        Ok(page + "</main>\n<script>\n" + SCRIPT + "</script>\n</body>\n</html>\n")
     }
 
     /// What stands in the page, without head and style: for a page of somebody else.
@@ -26,12 +37,26 @@ impl Document {
     /// # Errors
     /// As [`Document::html`].
     pub fn fragment(&self) -> Result<String, DrawError> {
-        let shown = self.blocks.iter().filter(|(shown, _)| shown.on_page());
-        shown.map(|(_, block)| html(block)).collect()
+        let shown = self.blocks.iter().filter(|(shown, _)| shown.on_screen());
+        // Regions that can be scrolled have different names.
+        let (mut section, mut tables) = (String::new(), 0);
+        let mut block = |(_, block): &(_, Block)| {
+            match block {
+                Block::Title(text) | Block::Heading(text) => (section, tables) = (text.plain(), 0),
+                Block::Table(_) => tables += 1,
+                _ => {}
+            }
+            let label = match tables {
+                1 => section.clone(),
+                n => format!("{section}, table {n}"),
+            };
+            html(block, &label)
+        };
+        shown.map(&mut block).collect()
     }
 }
 
-fn html(block: &Block) -> Result<String, DrawError> {
+fn html(block: &Block, label: &str) -> Result<String, DrawError> {
     Ok(match block {
         Block::Title(text) => element("h1", text),
         Block::Heading(text) => element("h2", text),
@@ -47,23 +72,61 @@ fn html(block: &Block) -> Result<String, DrawError> {
             format!("<dl>\n{}</dl>\n", facts.iter().map(pair).collect::<String>())
         }
         Block::Verbatim(text) => format!("<pre>{}</pre>\n", escaped(text)),
-        Block::Table(table) => table.html(),
-        Block::Chart(chart) => {
-            let title = escaped(&chart.title);
-            let svg = chart.svg(Style::default())?;
-            format!("<figure role=\"img\" aria-label=\"{title}\">\n{svg}\n</figure>\n")
+        Block::Table(table) => table.html(label),
+        Block::Chart(chart) => figure(chart)?,
+        Block::Designs(designs) => explorer(designs),
+        Block::BeforeAfter(pictures) => {
+            let [before, after] = pictures.as_ref();
+            let picture = |image: &RgbImage, what: &str| {
+                let png = image.png().unwrap_or_default();
+                let (w, h) = (image.width(), image.height());
+                let data = STANDARD.encode(png);
+                format!(
+                    "<img alt=\"{what}\" width=\"{w}\" height=\"{h}\" class=\"{what}\" \
+                     src=\"data:image/png;base64,{data}\">"
+                )
+            };
+            let both = picture(before, "before") + &picture(after, "after");
+            format!("<div class=\"before-after\">{both}</div>\n")
         }
     })
 }
 
+/// A chart, and the same for narrow screens.
+fn figure(chart: &Chart) -> Result<String, DrawError> {
+    let title = escaped(&chart.title);
+    let wide = chart.svg(Style::default())?;
+    let narrow = chart.svg(Style { sheet: Sheet::Column, ..Style::default() })?;
+    Ok(format!(
+        "<figure role=\"img\" aria-label=\"{title}\">\n<div class=\"wide\">{wide}</div><div \
+         class=\"narrow\">{narrow}</div>\n</figure>\n"
+    ))
+}
+
+/// Designs as data, and the place where a script shows them.
+fn explorer(designs: &PageDesigns) -> String {
+    format!(
+        "<noscript><p>A filter, a scatter of any two columns and the settings of each design \
+         need scripts; charts and tables do not.</p></noscript>\n<section class=\"explorer\" \
+         aria-label=\"designs\" hidden></section>\n<script type=\"application/json\" \
+         id=\"designs\">{}</script>\n",
+        designs.json()
+    )
+}
+
 impl Table {
-    /// The table, in HTML.
-    fn html(&self) -> String {
+    /// The table, in HTML, under a name that no other one of the page has.
+    fn html(&self, label: &str) -> String {
+        let label = escaped(label);
         let cells = |tag: &str, of: &dyn Fn(usize) -> Text| {
             let shown = self.columns.iter().enumerate().filter(|(_, c)| c.shown.on_page());
             let cell = |(i, column): (usize, &super::Column)| {
                 let class = if column.is_number() { "" } else { " class=\"text\"" };
-                format!("<{tag}{class}>{}</{tag}>", words(&of(i)))
+                let (words, is_head) = (words(&of(i)), tag == "th");
+                // A head without words is none.
+                let tag = if is_head && words.is_empty() { "td" } else { tag };
+                let scope = if tag == "th" { " scope=\"col\"" } else { "" };
+                format!("<{tag}{class}{scope}>{words}</{tag}>")
             };
             shown.map(cell).collect::<String>()
         };
@@ -73,8 +136,8 @@ impl Table {
         };
         let rows: String = self.rows.iter().map(row).collect();
         format!(
-            "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\
-             </tbody>\n</table></div>\n"
+            "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\"><table>\n\
+             <thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
         )
     }
 }

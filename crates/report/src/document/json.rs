@@ -27,6 +27,7 @@ fn object(block: &Block) -> Value {
         Block::Verbatim(text) => json!({ "verbatim": text }),
         Block::Table(table) => json!({ "table": table.json() }),
         Block::Chart(chart) => json!({ "chart": chart.name, "title": chart.title }),
+        Block::Designs(_) | Block::BeforeAfter(_) => Value::Null,
     }
 }
 

@@ -30,6 +30,7 @@ fn markdown(block: &Block, charts: Format) -> String {
         Block::Chart(chart) => {
             format!("![{}]({}.{})\n", chart.title, chart.name, charts.ending())
         }
+        Block::Designs(_) | Block::BeforeAfter(_) => String::new(),
     }
 }
 

@@ -53,7 +53,7 @@ fn terminal(block: &Block, width: usize) -> String {
         }
         Block::Verbatim(text) => format!("{}\n", text.trim_end()),
         Block::Table(table) => table.terminal(width),
-        Block::Chart(_) => String::new(),
+        Block::Chart(_) | Block::Designs(_) | Block::BeforeAfter(_) => String::new(),
     }
 }
 

@@ -13,10 +13,10 @@ pub const KIND: &str = "assumption";
 
 /// The pages that have the whole text of assumptions.
 const PAGES: [(&str, &str); 4] = [
-    ("docs/model.md", include_str!("../../../../docs/model.md")),
-    ("docs/model-accel.md", include_str!("../../../../docs/model-accel.md")),
-    ("docs/dram.md", include_str!("../../../../docs/dram.md")),
-    ("docs/energy.md", include_str!("../../../../docs/energy.md")),
+    ("docs/model.md", include_str!("../../docs/model.md")),
+    ("docs/model-accel.md", include_str!("../../docs/model-accel.md")),
+    ("docs/dram.md", include_str!("../../docs/dram.md")),
+    ("docs/energy.md", include_str!("../../docs/energy.md")),
 ];
 
 /// All assumptions.

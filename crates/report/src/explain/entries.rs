@@ -174,6 +174,8 @@ fn sources() -> Vec<Entry> {
     let entry = |(key, source): (&String, &powergs_base::config::references::Reference)| {
         let citing = all.iter().filter(|(_, cited)| cited.contains(key)).map(|(name, _)| *name);
         let mut facts = vec![("venue", source.venue.clone())];
+        facts.extend(source.doi.clone().map(|doi| ("DOI", doi)));
+        facts.extend(source.link().map(|link| ("link", link)));
         facts.extend(source.note.clone().map(|note| ("taken", note)));
         facts.push(("cited by", citing.collect::<Vec<_>>().join(", ")));
         Entry { facts, ..Entry::new(SOURCE, key.clone(), "", source.title.clone()) }

@@ -7,7 +7,7 @@ use super::Story;
 use powergs_chart::{Chart, Colour, Columns, Panel, Words};
 use powergs_optimize::pictures::BeforeAfter;
 
-const NAME: &str = "strip";
+pub(super) const NAME: &str = "strip";
 const TITLE: &str = "Before and after";
 /// Differences are shown this many times as large.
 const GAIN: f32 = 8.0;
@@ -44,6 +44,13 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     }
     chart.notes = vec![changes(strip)];
     Some(chart)
+}
+
+/// The pictures of both.
+pub(super) fn pictures(story: &Story<'_>) -> Option<[RgbImage; 2]> {
+    let strip = story.strip.as_ref()?;
+    let image = |bytes: &[u8]| RgbImage::from_bytes(strip.width, strip.height, bytes.to_vec());
+    Some([image(&strip.dense)?, image(&strip.ours)?])
 }
 
 /// Mean change of each channel.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{ITSELF, Story, balance, decimals};
-use crate::document::{Block, Cell, Column, Document, Table, Text};
+use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
 use crate::format::{engineering, shortened, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_energy::action::Phase;
@@ -268,6 +268,10 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     lost(&mut page, story);
     for chart in charts {
         page.heading(chart.title.clone());
+        let pictures = super::strip::pictures(story).filter(|_| chart.name == super::strip::NAME);
+        if let Some(pictures) = pictures {
+            page.on(Shown::Screen, Block::BeforeAfter(Box::new(pictures)));
+        }
         page.add(Block::Chart(chart.clone()));
     }
     page

@@ -1,5 +1,7 @@
 //! The answer for people: what is printed, `summary.md` and `report.html`.
 
+use std::collections::BTreeMap;
+
 use super::energy::spread;
 use super::measure::Measure;
 use super::{names, words};
@@ -19,6 +21,14 @@ pub struct Provenance {
     pub title: String,
     /// The commands that made it, in order.
     pub commands: Vec<String>,
+    /// The machine that designs differ from; empty if it is not known.
+    pub machine: String,
+    /// Keys that all of them have, with their values.
+    pub set: Vec<[String; 2]>,
+    /// What the values of axes with several keys mean: axis, value, keys.
+    pub variants: BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>>,
+    /// A trace that they were simulated on; empty if none is known.
+    pub trace: String,
 }
 
 /// Designs of the front that a page lists; `pareto.csv` has all.
@@ -83,6 +93,9 @@ pub fn document(
     }
     page.paragraph(words::axes(analysis).join(" "));
     page.extend(confirmation.map(super::confirmation).unwrap_or_default());
+    if !charts.is_empty() {
+        page.on(Shown::Screen, Block::Designs(super::designs::of(analysis, provenance)));
+    }
     page.charts(charts);
     if let Some(all) = speedup::of(analysis) {
         page.page_heading(format!("Speed-up over {}", all.machines[0].label));
@@ -215,7 +228,7 @@ fn design(analysis: &Analysis, row: u32) -> Cell {
 }
 
 /// The columns of numbers of the front: the objectives, then what the condition is about.
-fn measures(analysis: &Analysis, terminal: bool) -> Vec<(String, Option<Goal>)> {
+pub(super) fn measures(analysis: &Analysis, terminal: bool) -> Vec<(String, Option<Goal>)> {
     let question = &analysis.question;
     let most = if terminal { OBJECTIVES } else { usize::MAX };
     let objectives = question.objectives.iter().take(most);

@@ -3,7 +3,9 @@
 use powergs_chart::Format;
 use proptest::prelude::*;
 
-use powergs_report::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
+use powergs_report::document::{
+    Block, Cell, Column, DesignColumn, DesignValue, Document, Kind, PageDesigns, Shown, Table, Text,
+};
 use serde_json::json;
 
 fn machines() -> Table {
@@ -60,8 +62,20 @@ fn text_from_files_cannot_start_markup() {
     assert!(markdown.starts_with("# \\<b> \\*x\\* # \\`y\\`\n\n"), "{markdown}");
     assert!(markdown.contains("Our `a|b` and **this**, then \\<i>theirs"), "{markdown}");
     assert!(markdown.ends_with("- `tick's`\n"), "{markdown}");
-    let html = page.html("a & b").expect("no chart");
-    assert!(html.contains("<title>a &amp; b</title>"), "{html}");
+    let hostile = "</script><i>&".to_owned();
+    let rows = vec![vec![Some(DesignValue::Text(hostile.clone()))]];
+    let column = DesignColumn { name: hostile.clone(), ..DesignColumn::default() };
+    let designs = PageDesigns {
+        columns: vec![column],
+        names: vec![(hostile, true)],
+        rows,
+        ..PageDesigns::default()
+    };
+    page.on(Shown::Screen, Block::Designs(designs));
+    let html = page.html().expect("no chart");
+    assert!(html.contains("<title>&lt;b&gt; *x* # `y`</title>"), "{html}");
+    assert_eq!(html.matches("</script>").count(), 2, "{html}");
+    assert_eq!(markdown, page.markdown(Format::Png), "on screens alone");
     assert!(html.contains("<code>a|b</code> and <strong>this</strong>"), "{html}");
     assert!(!html.contains("<i>"), "{html}");
 }

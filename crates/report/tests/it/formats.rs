@@ -87,8 +87,10 @@ fn run_toml() {
     expect![[r##"
         # What this report was made from. The command that was typed: invocation.toml.
         schema-version = 3
-        tool-version = "0.1.0"
+        tool-version = "0.2.0"
         model-version = 12
+        trace-version = "2.2"
+        commit = "unknown"
         model = "cycle"
         display-fps = 60.0
         incomplete = false
@@ -127,7 +129,7 @@ fn same_run_same_bytes() {
     let first = files(&run, &Default::default()).expect("files");
     assert_eq!(first, files(&run, &Default::default()).expect("files"));
     let names: Vec<&str> = first.iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(names[..3], ["run.toml", "results.csv", "summary.md"]);
-    assert_eq!(names.len(), 17);
+    assert_eq!(names[..4], ["run.toml", "results.csv", "summary.md", "report.html"]);
+    assert_eq!(names.len(), 18);
     assert!(names.iter().all(|n| powergs_report::is_file_name(n)));
 }

@@ -1,13 +1,13 @@
 //! What the analysis of a sweep says about it besides its numbers.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use powergs_core::run::{RunError, Store};
 
 use super::{Misses, Question, Table};
 use crate::sweep::SweepFile;
 use crate::sweep::expr::Expr;
-use crate::sweep::file::Objectives;
+use crate::sweep::file::{AxisSpec, Objectives, Settings};
 use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
 use crate::sweep::run::{OpenedSweep, State};
 use crate::sweep::space::FreeAxis;
@@ -31,6 +31,12 @@ pub struct SweepFacts {
     pub followers: BTreeSet<String>,
     /// Columns of axes that count only where a condition holds.
     pub conditions: Vec<(String, Expr)>,
+    /// The machine that designs differ from, as the sweep file names it; empty without one.
+    pub machine: String,
+    /// Keys that every design has, with their values as files have them.
+    pub set: Vec<[String; 2]>,
+    /// What the values of axes with several keys mean: axis, value, keys.
+    pub variants: BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>>,
     /// Names of sweep files.
     pub sweeps: Vec<String>,
     /// Names of traces.
@@ -83,6 +89,9 @@ impl SweepFacts {
             excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),
             conditions: file.map_or_else(Vec::new, conditions),
+            machine: file.map_or("", |file| file.base.as_str()).to_owned(),
+            set: file.map_or_else(Vec::new, |file| written(&file.set)),
+            variants: file.map_or_else(BTreeMap::new, variants),
             sweeps: names("sweep"),
             traces: names("trace"),
         }
@@ -111,6 +120,24 @@ impl SweepFacts {
             ..Question::of(objectives.all())
         }
     }
+}
+
+/// Keys with their values as files have them.
+fn written(settings: &Settings) -> Vec<[String; 2]> {
+    let word = |value: &toml::Value| match value {
+        toml::Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    settings.0.iter().map(|(key, value)| [key.clone(), word(value)]).collect()
+}
+
+/// What the values of axes with variants mean.
+fn variants(file: &SweepFile) -> BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>> {
+    let of = |axis: &AxisSpec| {
+        let all = axis.variants.as_ref()?.iter().map(|v| (v.name.clone(), written(&v.set)));
+        Some((axis.name.clone()?, all.collect()))
+    };
+    file.axes.iter().filter_map(of).collect()
 }
 
 /// The columns of axes with a condition. Names of variants say themselves where there is none.

@@ -114,8 +114,11 @@ impl Question {
 }
 
 /// Metrics that prices, charts and tables use besides the objectives.
-const USEFUL: [&str; 9] = [
+const USEFUL: [&str; 12] = [
     "area_mm2",
+    "area_mm2.core",
+    "dram_bytes",
+    "frame_time_ms.p99",
     "power_w.mean",
     "fps.mean",
     "fps.min",

@@ -4,16 +4,14 @@
 use toml::{Table, Value};
 
 use super::{Run, SCHEMA_VERSION, hash_text};
-use powergs_base::TOOL_VERSION;
-use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::made_by;
 
 /// Versions, run, inputs with checksums, configuration as resolved.
 pub fn record(run: &Run) -> Table {
     let facts = &run.facts;
     let mut root = Table::new();
     root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
-    root.insert("tool-version".into(), TOOL_VERSION.into());
-    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    made_by(&mut root);
     root.insert("model".into(), facts.model.name().into());
     root.insert("display-fps".into(), facts.display_fps.into());
     root.insert("incomplete".into(), run.incomplete().into());

@@ -112,6 +112,12 @@ impl Unit {
         })
     }
 
+    /// How much one of it is in the base unit of what it measures; `None` for what no literal of an
+    /// expression can be.
+    pub fn in_base(self) -> Option<f64> {
+        self.measure().map(|(_, per_base)| 1.0 / per_base)
+    }
+
     /// The name in the catalogue of statistics and metrics: `1` for plain shares.
     pub const fn name(self) -> &'static str {
         match self {
