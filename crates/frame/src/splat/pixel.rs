@@ -71,6 +71,6 @@ pub fn box_spans(
         }
         let first = (low + mx).ceil();
         let end = (high + mx).floor() + 1.0;
-        (first < end).then(|| (y, [first as u32, end as u32]))
+        (first < end).then_some((y, [first as u32, end as u32]))
     })
 }
