@@ -52,8 +52,8 @@ for target in "${targets[@]}"; do
 done
 
 step "Python: wheel and source"
-maturin build --quiet --release --locked --zig --compatibility manylinux_2_28 --manifest-path python/Cargo.toml --out "$out"
-maturin sdist --quiet --manifest-path python/Cargo.toml --out "$out"
+maturin build --release --locked --zig --compatibility manylinux_2_28 --manifest-path python/Cargo.toml --out "$out"
+maturin sdist --manifest-path python/Cargo.toml --out "$out"
 
 step "what it is made of"
 cargo install --quiet --locked --root "$tools/cargo" cargo-cyclonedx@0.5.9

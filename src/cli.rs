@@ -3,6 +3,7 @@
 //! One file per command under `cli/`; each has its `Args` (clap) and a
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
+pub mod again;
 pub mod arch;
 pub mod background;
 mod camera;
@@ -155,6 +156,9 @@ pub enum Command {
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::DramArgs),
+    /// Run the command that made a folder once more, and compare the results
+    #[command(after_help = again::EXAMPLES)]
+    Again(again::AgainArgs),
     /// Define a statistic, key, column, assumption, source or term
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::ExplainArgs),
@@ -219,6 +223,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Replay(args) => replay::run(args, context),
         Command::Extract(args) => extract::run(args, context),
         Command::Render(args) => render::run(args, context),
+        Command::Again(args) => again::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
         Command::Codesign(args) => codesign::run(args, context),

@@ -1,5 +1,6 @@
 //! The command line: exit codes, output, and what happens around a command.
 
+mod again;
 mod background;
 mod compare;
 mod completions;

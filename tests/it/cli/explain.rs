@@ -11,13 +11,13 @@ use powergs_sim::config::references::references;
 use predicates::prelude::*;
 use predicates::str::contains;
 
-fn program(args: &[&str]) -> Command {
+pub fn program(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
     command.args(args);
     command
 }
 
-fn trace() -> String {
+pub fn trace() -> String {
     format!("{}/traces/demo.bin", env!("CARGO_MANIFEST_DIR"))
 }
 
