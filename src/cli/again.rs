@@ -20,11 +20,10 @@ Examples:
   powergs-sim again reports/units/run.toml --in ~/paper
   powergs-sim again runs/snow --out runs/snow-again
 
-The command is that of invocation.toml in the folder; it runs with this program
-where it ran then, and writes to a temporary folder or to --out. Compared are all
-files but the record of what was typed and the stores of unfinished work. Pages
-and pictures say which build made them, so that of another build only tables are
-held to be equal.
+The command is that of invocation.toml in the folder. This program runs it where
+it ran then, and writes to a temporary folder or --out. All files are compared
+but the record of what was typed and the stores of unfinished work. Pages and
+pictures say which build made them: with another build only tables must agree.
 Exit code 0: the same; 1: other numbers, or files that only one side has.";
 
 /// Arguments of `again`.

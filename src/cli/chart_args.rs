@@ -38,7 +38,7 @@ pub enum FormatArg {
     Svg,
     /// Pixels
     Png,
-    /// Shapes; letters are outlines
+    /// Shapes, with text in an embedded part of the font
     Pdf,
 }
 

@@ -262,3 +262,51 @@ fn every_file_begins_with_its_doc_and_none_is_mod_rs() {
     }
     none(findings);
 }
+
+/// Words that `docs/words.md` asks to avoid, and how often they may still be there.
+const AVOIDED: [(&str, usize); 10] = [
+    ("nobody", 106),
+    ("somebody", 29),
+    ("so many", 110),
+    ("of ours", 36),
+    ("in vain", 10),
+    ("is believed", 8),
+    ("bears", 5),
+    ("beside", 346),
+    ("on its way", 18),
+    ("stands for", 28),
+];
+
+/// How often words stand in a text, in any case, not as parts of others.
+fn times(text: &str, words: &str) -> usize {
+    let is_part = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+    let at = text.match_indices(words).map(|(at, _)| at);
+    at.filter(|&at| !is_part(text[..at].chars().next_back()))
+        .filter(|&at| !is_part(text[at + words.len()..].chars().next()))
+        .count()
+}
+
+#[test]
+fn words_to_avoid_become_fewer() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).expect("a page");
+    let vocabulary = read("docs/words.md").to_lowercase();
+    let pages = fs::read_dir(root().join("docs")).expect("pages").map(|e| e.expect("one").path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|end| end == "md"));
+    let pages = pages.filter(|path| !path.ends_with("words.md"));
+    let mut texts: Vec<String> =
+        pages.map(|path| fs::read_to_string(path).expect("a page")).collect();
+    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "arch-configs/README.md"];
+    texts.extend(others.map(read));
+    let is_shipped = |s: &&Source| s.is_library() || s.path.starts_with("src");
+    texts.extend(sources().iter().filter(is_shipped).map(|s| s.text.clone()));
+    texts.iter_mut().for_each(|text| *text = text.to_lowercase());
+    let mut found = Vec::new();
+    for (words, most) in AVOIDED {
+        assert!(vocabulary.contains(words), "docs/words.md lacks `{words}`");
+        let n: usize = texts.iter().map(|text| times(text, words)).sum();
+        if n > most {
+            found.push(format!("`{words}`: {n} times, at most {most}; docs/words.md has others"));
+        }
+    }
+    none(found);
+}

@@ -84,7 +84,7 @@ pub enum Format {
     Png,
     /// Shapes and text.
     Svg,
-    /// Shapes; letters are outlines.
+    /// Shapes, with text in an embedded part of the font.
     Pdf,
 }
 

@@ -62,7 +62,7 @@ const CRATES: [Row; 20] = [
 
 /// Packages that only one crate may depend on: a terminal, arguments and charts stay out of the
 /// simulator.
-const BOUND: [(&str, &str); 10] = [
+const BOUND: [(&str, &str); 11] = [
     ("clap", "."),
     ("clap_complete", "."),
     ("indicatif", "."),
@@ -71,7 +71,8 @@ const BOUND: [(&str, &str); 10] = [
     ("plotters", "chart"),
     ("plotters-backend", "chart"),
     ("tiny-skia", "chart"),
-    ("ttf-parser", "chart"),
+    ("krilla", "chart"),
+    ("skrifa", "chart"),
     ("png", "pixels"),
 ];
 

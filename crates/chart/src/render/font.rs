@@ -1,9 +1,14 @@
-//! Text as outlines of one font, DejaVu Sans in two weights: no system fonts are needed, and every
-//! writer agrees on widths.
+//! Text in one font, DejaVu Sans in two weights: no system fonts are needed, and every writer
+//! agrees on widths.
 
 use std::sync::LazyLock;
 
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::metrics::GlyphMetrics;
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::raw::TableProvider;
+use skrifa::raw::tables::kern::{Subtable0, SubtableKind};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 /// Height of capital letters, of an em.
 const CAPITALS: f64 = 0.729;
@@ -16,20 +21,79 @@ pub(crate) const MIDDLE: f64 = (CAPITALS + SMALL) / 4.0;
 
 /// A weight of the font.
 struct FontWeight {
-    face: Face<'static>,
+    face: FontRef<'static>,
+    widths: GlyphMetrics<'static>,
+    kerning: Vec<Subtable0<'static>>,
     /// Units of the outlines in an em.
     units: f64,
 }
 
+/// The file of a weight.
+pub(crate) fn file(bold: bool) -> &'static [u8] {
+    if bold { dejavu::sans::bold() } else { dejavu::sans::regular() }
+}
+
 fn weight(bold: bool) -> &'static FontWeight {
-    static NORMAL: LazyLock<FontWeight> = LazyLock::new(|| read(dejavu::sans::regular()));
-    static BOLD: LazyLock<FontWeight> = LazyLock::new(|| read(dejavu::sans::bold()));
+    static NORMAL: LazyLock<FontWeight> = LazyLock::new(|| read(file(false)));
+    static BOLD: LazyLock<FontWeight> = LazyLock::new(|| read(file(true)));
     if bold { &BOLD } else { &NORMAL }
 }
 
 fn read(bytes: &'static [u8]) -> FontWeight {
-    let face = Face::parse(bytes, 0).expect("the font that is part of the program");
-    FontWeight { units: f64::from(face.units_per_em()), face }
+    let face = FontRef::new(bytes).expect("the font that is part of the program");
+    let units = face.metrics(Size::unscaled(), LocationRef::default()).units_per_em;
+    let tables = face.kern().ok();
+    let tables = tables.iter().flat_map(|kern| kern.subtables()).filter_map(Result::ok);
+    let pairs =
+        tables.filter(|table| table.is_horizontal()).filter_map(|table| match table.kind() {
+            Ok(SubtableKind::Format0(pairs)) => Some(pairs),
+            _ => None,
+        });
+    FontWeight {
+        kerning: pairs.collect(),
+        widths: face.glyph_metrics(Size::unscaled(), LocationRef::default()),
+        units: f64::from(units),
+        face,
+    }
+}
+
+/// A letter of a line of text.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Letter {
+    /// Its number in the font.
+    pub glyph: u32,
+    /// Where it is in the text.
+    pub at: usize,
+    /// Its left edge and how far it is to the next one, ems.
+    pub left: f64,
+    /// See `left`.
+    pub advance: f64,
+}
+
+/// The letters of a line of text.
+pub(crate) fn letters(text: &str, bold: bool) -> Vec<Letter> {
+    let weight = weight(bold);
+    let map = weight.face.charmap();
+    let mut letters: Vec<Letter> = Vec::new();
+    let mut left = 0.0;
+    for (at, c) in text.char_indices() {
+        let glyph = map.map(c).unwrap_or_default();
+        if let Some(before) = letters.last_mut() {
+            let of = |pairs: &Subtable0<'_>| pairs.kerning(GlyphId::new(before.glyph), glyph);
+            let closer = f64::from(weight.kerning.iter().find_map(of).unwrap_or(0)) / weight.units;
+            before.advance += closer;
+            left += closer;
+        }
+        let advance = f64::from(weight.widths.advance_width(glyph).unwrap_or(0.0)) / weight.units;
+        letters.push(Letter { glyph: glyph.to_u32(), at, left, advance });
+        left += advance;
+    }
+    letters
+}
+
+/// Width of `text` with an em of `size`, in the unit of `size`.
+pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
+    letters(text, bold).last().map_or(0.0, |last| last.left + last.advance) * size
 }
 
 /// Takes the outlines of letters, page units relative to the left end of the base line; y grows
@@ -52,19 +116,26 @@ struct Placed<'a, P: Pen> {
     scale: f64,
 }
 
-impl<P: Pen> OutlineBuilder for Placed<'_, P> {
+impl<P: Pen> Placed<'_, P> {
+    fn at(&self, x: f32, y: f32) -> [f64; 2] {
+        [self.left + f64::from(x) * self.scale, f64::from(y) * self.scale]
+    }
+}
+
+impl<P: Pen> OutlinePen for Placed<'_, P> {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.pen.start(self.left + f64::from(x) * self.scale, f64::from(y) * self.scale);
+        let [x, y] = self.at(x, y);
+        self.pen.start(x, y);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        self.pen.line(self.left + f64::from(x) * self.scale, f64::from(y) * self.scale);
+        let [x, y] = self.at(x, y);
+        self.pen.line(x, y);
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        let (s, left) = (self.scale, self.left);
-        let [x1, y1, x, y] = [x1, y1, x, y].map(f64::from);
-        self.pen.curve(left + x1 * s, y1 * s, left + x * s, y * s);
+        let ([x1, y1], [x, y]) = (self.at(x1, y1), self.at(x, y));
+        self.pen.curve(x1, y1, x, y);
     }
 
     fn curve_to(&mut self, _: f32, _: f32, _: f32, _: f32, x: f32, y: f32) {
@@ -77,37 +148,17 @@ impl<P: Pen> OutlineBuilder for Placed<'_, P> {
     }
 }
 
-/// Letters with their left edges, and the width of all; units of the font.
-fn laid_out(text: &str, weight: &FontWeight) -> (Vec<(GlyphId, f64)>, f64) {
-    let face = &weight.face;
-    let kerning = face.tables().kern;
-    let mut letters: Vec<(GlyphId, f64)> = Vec::new();
-    let mut at = 0.0;
-    for c in text.chars() {
-        let glyph = face.glyph_index(c).unwrap_or(GlyphId(0));
-        if let (Some((before, _)), Some(kerning)) = (letters.last(), kerning) {
-            let tables = kerning.subtables.into_iter().filter(|t| t.horizontal);
-            let closer = tables.filter_map(|t| t.glyphs_kerning(*before, glyph)).next();
-            at += f64::from(closer.unwrap_or(0));
-        }
-        letters.push((glyph, at));
-        at += f64::from(face.glyph_hor_advance(glyph).unwrap_or(0));
-    }
-    (letters, at)
-}
-
-/// Width of `text` with an em of `size`, in the unit of `size`.
-pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
-    let weight = weight(bold);
-    laid_out(text, weight).1 * size / weight.units
-}
-
 /// Draws `text` with an em of `size`.
 pub(crate) fn draw(text: &str, size: f64, bold: bool, pen: &mut impl Pen) {
     let weight = weight(bold);
-    let scale = size / weight.units;
-    for (glyph, left) in laid_out(text, weight).0 {
-        let mut placed = Placed { pen: &mut *pen, left: left * scale, scale };
-        weight.face.outline_glyph(glyph, &mut placed);
+    let outlines = weight.face.outline_glyphs();
+    for letter in letters(text, bold) {
+        let scale = size / weight.units;
+        let mut placed = Placed { pen: &mut *pen, left: letter.left * size, scale };
+        if let Some(outline) = outlines.get(GlyphId::new(letter.glyph)) {
+            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+            // An outline that cannot be drawn is a defect of the font in the program.
+            let _ = outline.draw(settings, &mut placed);
+        }
     }
 }

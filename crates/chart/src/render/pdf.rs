@@ -1,236 +1,167 @@
-//! A page as PDF, for papers. Letters are outlines, so no font is embedded; every line of text
-//! carries its words, so that it can be searched and copied.
+//! A page as PDF, for papers. Its text is text in an embedded part of the font, so that it can be
+//! searched, copied and edited.
 
+use krilla::color::rgb;
+use krilla::geom::{Path, PathBuilder, Point, Rect, Size, Transform};
+use krilla::image::Image;
+use krilla::metadata::Metadata;
+use krilla::page::PageSettings;
+use krilla::paint::{Fill, LineJoin, Stroke};
+use krilla::surface::Surface;
+use krilla::text::{Font, GlyphId, KrillaGlyph};
+use krilla::{Document, SerializeSettings};
 use powergs_base::build;
-use std::fmt::Write as _;
-use std::io::Write as _;
 
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
-use powergs_pixels::RgbImage;
-
-use super::font::{self, Pen};
+use super::font;
 use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
-use super::svg::number;
 
 /// Points of print in an inch.
 const POINTS: f64 = 72.0;
 /// Control points of a quarter of a circle.
-const ROUND: f64 = 0.552_284_75;
+const ROUND: f32 = 0.552_284_8;
 
 /// The PDF of a page.
 ///
 /// # Errors
-/// Errors of compression, which does not fail in memory.
+/// A page without area, or one that the library refuses.
 pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
-    let mut content = String::new();
-    let mut images = Vec::new();
-    let (width, height) = scene.size;
     let points = POINTS / scene.sheet.units_per_inch();
-    let _ = writeln!(content, "{points:.5} 0 0 -{points:.5} 0 {} cm", number(height * points));
+    let (width, height) = (scene.size.0 * points, scene.size.1 * points);
+    let settings = PageSettings::from_wh(width as f32, height as f32).ok_or("no page")?;
+    // Nothing in it is by chance or by time.
+    let mut file = Document::new_with(SerializeSettings::default());
+    let about = Metadata::new().title(scene.title.clone()).description(scene.description.clone());
+    file.set_metadata(about.creator(build::line()));
+    let fonts = [false, true].map(|bold| Font::new(font::file(bold).into(), 0));
+    let [Some(normal), Some(bold)] = fonts else { return Err("no font".into()) };
+    let mut page = file.start_page_with(settings);
+    let mut surface = page.surface();
+    surface.push_transform(&Transform::from_scale(points as f32, points as f32));
     for shape in &scene.shapes {
-        draw(&mut content, &mut images, shape);
+        draw(&mut surface, [&normal, &bold], shape)?;
     }
-    let mut file = PdfFile::default();
-    let names: Vec<String> = (0..images.len()).map(|i| format!("/I{i} {} 0 R", 5 + i)).collect();
-    file.object("<< /Type /Catalog /Pages 2 0 R >>");
-    file.object("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
-    file.object(&format!(
-        "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {} {}] /Contents 4 0 R \
-         /Resources << /XObject << {} >> >> >>",
-        number(width * points),
-        number(height * points),
-        names.join(" ")
-    ));
-    file.stream("", content.as_bytes())?;
-    for image in images {
-        let (w, h) = (image.width(), image.height());
-        let about = format!(
-            "/Type /XObject /Subtype /Image /Width {w} /Height {h} /ColorSpace /DeviceRGB \
-             /BitsPerComponent 8 "
-        );
-        file.stream(&about, image.bytes())?;
-    }
-    let texts = [&scene.title, &scene.description, &build::line()].map(|text| hex(text));
-    let [title, subject, creator] = texts;
-    let info = file.object(&format!("<< /Title {title} /Subject {subject} /Creator {creator} >>"));
-    Ok(file.finish(info))
+    surface.pop();
+    surface.finish();
+    page.finish();
+    file.finish().map_err(|e| format!("{e:?}"))
 }
 
-/// A PDF file being written; objects are numbered from 1.
-#[derive(Default)]
-struct PdfFile {
-    bytes: Vec<u8>,
-    /// Where each object begins.
-    offsets: Vec<usize>,
+fn ink((r, g, b): Rgb) -> rgb::Color {
+    rgb::Color::new(r, g, b)
 }
 
-impl PdfFile {
-    fn begin(&mut self) -> usize {
-        if self.bytes.is_empty() {
-            // The second line tells transfer programs that the file is binary.
-            self.bytes.extend(b"%PDF-1.5\n%\xe2\xe3\xcf\xd3\n");
-        }
-        self.offsets.push(self.bytes.len());
-        let number = self.offsets.len();
-        self.bytes.extend(format!("{number} 0 obj\n").bytes());
-        number
-    }
-
-    fn object(&mut self, text: &str) -> usize {
-        let number = self.begin();
-        self.bytes.extend(format!("{text}\nendobj\n").bytes());
-        number
-    }
-
-    fn stream(&mut self, about: &str, data: &[u8]) -> Result<(), String> {
-        let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
-        packed.write_all(data).map_err(|e| e.to_string())?;
-        let packed = packed.finish().map_err(|e| e.to_string())?;
-        self.begin();
-        let head = format!("<< {about}/Filter /FlateDecode /Length {} >>\nstream\n", packed.len());
-        self.bytes.extend(head.bytes());
-        self.bytes.extend(packed);
-        self.bytes.extend(b"\nendstream\nendobj\n");
-        Ok(())
-    }
-
-    fn finish(mut self, info: usize) -> Vec<u8> {
-        let start = self.bytes.len();
-        let count = self.offsets.len() + 1;
-        let mut table = format!("xref\n0 {count}\n0000000000 65535 f \n");
-        for offset in &self.offsets {
-            let _ = writeln!(table, "{offset:010} 00000 n ");
-        }
-        let _ = write!(
-            table,
-            "trailer\n<< /Size {count} /Root 1 0 R /Info {info} 0 R >>\nstartxref\n{start}\n%%EOF\n"
-        );
-        self.bytes.extend(table.bytes());
-        self.bytes
-    }
+fn filled(colour: Rgb) -> Fill {
+    Fill { paint: ink(colour).into(), ..Fill::default() }
 }
 
-/// Text as a PDF string of UTF-16.
-fn hex(text: &str) -> String {
-    let codes: String = text.encode_utf16().map(|c| format!("{c:04X}")).collect();
-    format!("<FEFF{codes}>")
+fn fill(surface: &mut Surface<'_>, colour: Rgb, path: &Path) {
+    surface.set_stroke(None);
+    surface.set_fill(Some(filled(colour)));
+    surface.draw_path(path);
 }
 
-fn colour(out: &mut String, (r, g, b): Rgb, operator: &str) {
-    let [r, g, b] = [r, g, b].map(|v| {
-        let text = format!("{:.3}", f64::from(v) / 255.0);
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    });
-    let _ = writeln!(out, "{r} {g} {b} {operator}");
+fn stroke(colour: Rgb, width: f64) -> Stroke {
+    Stroke { paint: ink(colour).into(), width: width as f32, ..Stroke::default() }
 }
 
-fn draw<'a>(out: &mut String, images: &mut Vec<&'a RgbImage>, shape: &'a Shape) {
+fn draw(surface: &mut Surface<'_>, fonts: [&Font; 2], shape: &Shape) -> Result<(), String> {
     match shape {
-        Shape::Rectangle { area: [l, t, r, b], fill } => {
-            colour(out, *fill, "rg");
-            let [x, y, w, h] = [*l, *t, r - l, b - t].map(number);
-            let _ = writeln!(out, "{x} {y} {w} {h} re f");
+        Shape::Rectangle { area, fill: colour } => {
+            let [l, t, r, b] = area.map(|v| v as f32);
+            let mut path = PathBuilder::new();
+            Rect::from_ltrb(l, t, r, b).into_iter().for_each(|area| path.push_rect(area));
+            path.finish().iter().for_each(|path| fill(surface, *colour, path));
         }
-        Shape::Line { points, stroke, width } => {
-            colour(out, *stroke, "RG");
-            let _ = writeln!(out, "{} w", number(*width));
-            path(out, points);
-            out.push_str("S\n");
+        Shape::Line { points, stroke: colour, width } => {
+            surface.set_fill(None);
+            surface.set_stroke(Some(stroke(*colour, *width)));
+            path(points, false).iter().for_each(|path| surface.draw_path(path));
         }
-        Shape::Polygon { points, fill } => {
-            colour(out, *fill, "rg");
-            path(out, points);
-            out.push_str("f\n");
+        Shape::Polygon { points, fill: colour } => {
+            path(points, true).iter().for_each(|path| fill(surface, *colour, path));
         }
-        Shape::Circle { centre, radius, fill } => {
-            colour(out, *fill, "rg");
-            circle(out, *centre, *radius);
+        Shape::Circle { centre, radius, fill: colour } => {
+            circle(*centre, *radius).iter().for_each(|path| fill(surface, *colour, path));
         }
-        Shape::Text(text) => words(out, text),
+        Shape::Text(text) => words(surface, fonts, text),
         Shape::Image { area: [l, t, r, b], image, .. } => {
-            let [w, h, x, y] = [r - l, t - b, *l, *b].map(number);
-            let _ = writeln!(out, "q {w} 0 0 {h} {x} {y} cm /I{} Do Q", images.len());
-            images.push(image);
+            let rgba = image.bytes().chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]);
+            let image = Image::from_rgba8(rgba.collect(), image.width(), image.height());
+            let size = Size::from_wh((r - l) as f32, (b - t) as f32).ok_or("no picture")?;
+            surface.push_transform(&Transform::from_translate(*l as f32, *t as f32));
+            surface.draw_image(image, size);
+            surface.pop();
         }
     }
+    Ok(())
 }
 
-fn path(out: &mut String, points: &[ScenePoint]) {
-    for (i, (x, y)) in points.iter().enumerate() {
-        let operator = if i == 0 { 'm' } else { 'l' };
-        let _ = writeln!(out, "{} {} {operator}", number(*x), number(*y));
+fn path(points: &[ScenePoint], closed: bool) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    for (i, &(x, y)) in points.iter().enumerate() {
+        match i {
+            0 => path.move_to(x as f32, y as f32),
+            _ => path.line_to(x as f32, y as f32),
+        }
     }
+    if closed {
+        path.close();
+    }
+    path.finish()
 }
 
-fn circle(out: &mut String, (x, y): ScenePoint, r: f64) {
+fn circle((x, y): ScenePoint, r: f64) -> Option<Path> {
+    let [x, y, r] = [x, y, r].map(|v| v as f32);
     let c = ROUND * r;
-    let _ = writeln!(out, "{} {} m", number(x + r), number(y));
-    for quarter in [
-        [x + r, y + c, x + c, y + r, x, y + r],
-        [x - c, y + r, x - r, y + c, x - r, y],
-        [x - r, y - c, x - c, y - r, x, y - r],
-        [x + c, y - r, x + r, y - c, x + r, y],
-    ] {
-        let _ = writeln!(out, "{} c", quarter.map(number).join(" "));
-    }
-    out.push_str("f\n");
+    let mut path = PathBuilder::new();
+    path.move_to(x + r, y);
+    path.cubic_to(x + r, y + c, x + c, y + r, x, y + r);
+    path.cubic_to(x - c, y + r, x - r, y + c, x - r, y);
+    path.cubic_to(x - r, y - c, x - c, y - r, x, y - r);
+    path.cubic_to(x + c, y - r, x + r, y - c, x + r, y);
+    path.close();
+    path.finish()
 }
 
-/// The letters of a line of text; PDF knows cubic curves only.
-struct PdfLetters<'a> {
-    out: &'a mut String,
-    at: ScenePoint,
-}
-
-impl PdfLetters<'_> {
-    fn write(&mut self, numbers: &[f64], operator: char) {
-        for v in numbers {
-            self.out.push_str(&number(*v));
-            self.out.push(' ');
-        }
-        self.out.push(operator);
-        self.out.push('\n');
-    }
-}
-
-impl Pen for PdfLetters<'_> {
-    fn start(&mut self, x: f64, y: f64) {
-        self.at = (x, y);
-        self.write(&[x, y], 'm');
-    }
-
-    fn line(&mut self, x: f64, y: f64) {
-        self.at = (x, y);
-        self.write(&[x, y], 'l');
-    }
-
-    fn curve(&mut self, x1: f64, y1: f64, x: f64, y: f64) {
-        let between = |a: f64, b: f64| a + (b - a) * 2.0 / 3.0;
-        let first = (between(self.at.0, x1), between(self.at.1, y1));
-        let second = (between(x, x1), between(y, y1));
-        self.at = (x, y);
-        self.write(&[first.0, first.1, second.0, second.1, x, y], 'c');
-    }
-
-    fn close(&mut self) {
-        self.out.push_str("h\n");
-    }
-}
-
-fn words(out: &mut String, text: &Text) {
-    let _ = writeln!(out, "/Span << /ActualText {} >> BDC", hex(&text.text));
-    colour(out, text.fill, "rg");
-    let (x, y) = (number(text.start.0), number(text.start.1));
-    // The page has y downwards, letters have it upwards.
-    let turn = if text.upwards { "0 -1 -1 0" } else { "1 0 0 -1" };
-    let _ = writeln!(out, "q {turn} {x} {y} cm");
+fn words(surface: &mut Surface<'_>, fonts: [&Font; 2], text: &Text) {
+    let letters = font::letters(&text.text, text.bold);
+    let glyphs: Vec<KrillaGlyph> = letters
+        .iter()
+        .map(|letter| {
+            let end = text.text[letter.at..].chars().next().map_or(0, char::len_utf8);
+            let range = letter.at..letter.at + end;
+            let advance = letter.advance as f32;
+            KrillaGlyph {
+                glyph_id: GlyphId::new(letter.glyph),
+                text_range: range,
+                x_advance: advance,
+                x_offset: 0.0,
+                y_offset: 0.0,
+                y_advance: 0.0,
+                location: None,
+            }
+        })
+        .collect();
+    let font = fonts[usize::from(text.bold)];
+    let (x, y) = (text.start.0 as f32, text.start.1 as f32);
+    let turn = if text.upwards {
+        Transform::from_row(0.0, -1.0, 1.0, 0.0, x, y)
+    } else {
+        Transform::from_translate(x, y)
+    };
+    surface.push_transform(&turn);
+    let start = Point::from_xy(0.0, 0.0);
+    let mut show = |ink: Option<Rgb>| {
+        let halo = Stroke { line_join: LineJoin::Round, ..stroke((255, 255, 255), text.halo) };
+        surface.set_fill(ink.map(filled));
+        surface.set_stroke(ink.is_none().then_some(halo));
+        // A halo is outlines, so that the words are in the page once.
+        let (size, outlined) = (text.size as f32, ink.is_none());
+        surface.draw_glyphs(start, &glyphs, font.clone(), &text.text, size, outlined);
+    };
     if text.halo > 0.0 {
-        let halo = number(text.halo);
-        let _ = writeln!(out, "1 1 1 RG {halo} w 1 j");
-        font::draw(&text.text, text.size, text.bold, &mut PdfLetters { out, at: (0.0, 0.0) });
-        out.push_str("S\n");
+        show(None);
     }
-    font::draw(&text.text, text.size, text.bold, &mut PdfLetters { out, at: (0.0, 0.0) });
-    out.push_str("f Q EMC\n");
+    show(Some(text.fill));
+    surface.pop();
 }
