@@ -9,7 +9,7 @@ use powergs_study::run_record::SCHEMA_VERSION;
 /// What each file of a report folder is, charts once.
 const FILES: [(&str, &str); 17] = [
     ("run.toml", "what the report was made from: versions, checksums, configuration as resolved"),
-    ("invocation.toml", "what was typed, where, when, with which commit, and how long it took"),
+    ("invocation.toml", "what was typed, where and when, and how long it took"),
     ("results.csv", "the record: one row per frame, then one per aggregate"),
     ("compare.csv", "of `compare`, in place of `results.csv`: measures and means of all sides"),
     ("speedup.csv", "of `compare` with several traces: speed-ups and energy, geometric means"),

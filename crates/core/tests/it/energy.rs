@@ -93,8 +93,13 @@ const UNLIKE_GPU: [&str; 5] =
 const UNLIKE_ATTACHED: &[&str] = &["attached.lanes=4", "sm.lanes=64", "dram.channels=2"];
 
 /// One whose raster operations blend.
-const UNLIKE_ROPS: &[&str] =
-    &["rops.quads-per-cycle=4", "rops.found-per-cycle=8", "rops.bins=64", "dram.channels=2"];
+const UNLIKE_ROPS: &[&str] = &[
+    "rops.quads-per-cycle=4",
+    "rops.found-per-cycle=8",
+    "rops.bins=64",
+    "sm.lanes=32",
+    "dram.channels=2",
+];
 
 /// Machines with test units, with a unit between two eyes, with one that knows pixels, and with
 /// gradient units, which one with everything else cannot have.
