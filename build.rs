@@ -29,8 +29,13 @@ fn of_checkout() -> Option<String> {
     done.status.success().then(|| hash.trim().to_owned())
 }
 
-/// The commit that `cargo package` has written down.
+/// The commit that `cargo package` has written down, or whoever made the Python source.
 fn of_package() -> Option<String> {
+    let noted =
+        ["COMMIT", "python/COMMIT"].iter().find_map(|file| std::fs::read_to_string(file).ok());
+    if let Some(commit) = noted {
+        return Some(commit.trim().to_owned());
+    }
     let text = std::fs::read_to_string(".cargo_vcs_info.json").ok()?;
     let hash = text.split("\"sha1\": \"").nth(1)?;
     Some(hash.get(..12)?.to_owned())

@@ -53,7 +53,9 @@ done
 
 step "Python: wheel and source"
 maturin build --release --locked --zig --compatibility manylinux_2_28 --manifest-path python/Cargo.toml --out "$out"
+git rev-parse --short=12 HEAD > python/COMMIT
 maturin sdist --manifest-path python/Cargo.toml --out "$out"
+rm python/COMMIT
 
 step "what it is made of"
 cargo install --quiet --locked --root "$tools/cargo" cargo-cyclonedx@0.5.9

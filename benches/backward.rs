@@ -1,8 +1,8 @@
 //! Rendering and differentiating against the physical floor of this machine, in one run.
 //!
-//! `cargo bench --bench backward` prints the table of `docs/performance.md`; words after `--` pick
-//! the scenes whose names contain one of them. Trained scenes are skipped where `../shared/data` is
-//! absent.
+//! `cargo bench --bench backward` prints the table of `evidence/performance.md`; words after `--`
+//! pick the scenes whose names contain one of them. Trained scenes are skipped where
+//! `../shared/data` is absent.
 
 mod floor;
 mod processor;

@@ -1,6 +1,6 @@
 //! The physical floor of rasterisation on this machine, measured in the same run as the code:
 //! 16-pixel rows that blend anything at some cycles of 16-lane SIMD each, plus compulsory bytes at
-//! DRAM speed (the cost model of `docs/performance.md`).
+//! DRAM speed (the cost model of `evidence/performance.md`).
 
 use std::hint::black_box;
 use std::sync::LazyLock;

@@ -1,7 +1,7 @@
 //! Forward rasterisation against the physical floor of this machine, in one run.
 //!
 //! `cargo bench --bench forward` prints, per scene, the times and their ratio to the floor of
-//! `docs/performance.md`. The trained scene is skipped where `../shared/data` is absent.
+//! `evidence/performance.md`. The trained scene is skipped where `../shared/data` is absent.
 
 mod floor;
 mod processor;

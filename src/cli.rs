@@ -212,9 +212,19 @@ impl Context {
 /// outcome into an exit code.
 pub fn main() -> std::process::ExitCode {
     completions::answer();
+    std::process::ExitCode::from(command())
+}
+
+/// The program in a process of another one, for which `words` were typed: a path under which the
+/// program is started again, and its arguments. Once a process; it may end it, as after `--help`.
+pub fn main_of(words: Vec<std::ffi::OsString>) -> u8 {
+    invocation::typed(words);
+    command()
+}
+
+fn command() -> u8 {
     let cli: Cli = usage::parse();
-    let exit = startup::start(&cli.global, cli.command.drawing(), |context| run(&cli, context));
-    std::process::ExitCode::from(exit as u8)
+    startup::start(&cli.global, cli.command.drawing(), |context| run(&cli, context)) as u8
 }
 
 /// Runs one command.

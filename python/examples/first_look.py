@@ -11,12 +11,8 @@ def main(path: str) -> None:
     trace = powergs.Trace.open(path)
     report = trace.replay("gscore")
     print(report)
-    found = report.bottleneck
-    if found is not None:
-        print(f"make faster first: {found.limit}")
-    table = report.what_if()
-    for i in range(len(table)):
-        step = table.row(i)
+    print(f"make faster first: {report.bottleneck.limit}")
+    for step in report.what_if():
         print(f"{step['resource']:26} {100 * step['frame_time_change_frac']:+6.1f} % time")
 
 

@@ -40,9 +40,19 @@ from ._powergs import (
     synth,
     validate,
 )
-from .errors import ConfigError, GoalMissed, InputError, InternalError, PowergsError
+from . import commands
+from .errors import (
+    ConfigError,
+    GoalMissed,
+    InputError,
+    InternalError,
+    InvalidDesign,
+    MissingFileError,
+    PowergsError,
+)
+from .program import Folder
 from .runs import write_run
-from .sweeps import Candidate, Designs, Space, sweep
+from .sweeps import Candidate, Space, sweep
 
 __all__ = [
     "Bottleneck",
@@ -53,13 +63,15 @@ __all__ = [
     "Codesigned",
     "Comparison",
     "ConfigError",
-    "Designs",
     "Explanation",
+    "Folder",
     "Front",
     "GoalMissed",
     "InputError",
     "InternalError",
+    "InvalidDesign",
     "Machine",
+    "MissingFileError",
     "Optimized",
     "PowergsError",
     "Report",
@@ -72,6 +84,7 @@ __all__ = [
     "__model_version__",
     "__version__",
     "codesign",
+    "commands",
     "compare",
     "display_power",
     "dram",

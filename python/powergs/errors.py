@@ -31,6 +31,10 @@ class ConfigError(PowergsError, ValueError):
         return str(self.args[0])
 
 
+class InvalidDesign(ConfigError):
+    """A point of a space that is no machine: a search goes on without it."""
+
+
 class InputError(PowergsError, ValueError):
     """A file or an array that cannot be used."""
 
@@ -43,6 +47,10 @@ class InputError(PowergsError, ValueError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class MissingFileError(InputError, FileNotFoundError):
+    """A file that is not there."""
 
 
 class GoalMissed(PowergsError):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ._powergs import Front, Machine, Report, SweepResult, Table, Trace
-from ._powergs import _front, _sweep_axes, _sweep_file, _table
-from .errors import ConfigError
+from ._powergs import _front, _gathered, _Space, _sweep_axes, _sweep_file, _table
+from .errors import ConfigError, InvalidDesign
 from .progress import meter
 from .store import DesignStore
 
@@ -19,16 +20,6 @@ if TYPE_CHECKING:
 Value: TypeAlias = "int | float | str | bool"
 Traces: TypeAlias = "Trace | str | os.PathLike[str] | Sequence[Trace | str | os.PathLike[str]]"
 Objective: TypeAlias = Callable[[Report], "float | None"]
-
-#: What a table of replayed machines has of each report, with unit and definition.
-_METRICS = {
-    "frame_time_ms": ("ms", "Mean time of a frame."),
-    "throughput_fps": ("1/s", "Frames per second when frames run back to back."),
-    "energy_pj": ("pJ", "Mean energy of a frame."),
-    "power_w": ("W", "Power at the display rate."),
-    "area_mm2": ("mm²", "Area of the chip."),
-}
-
 
 def sweep(
     space: str | os.PathLike[str] | Mapping[str, Iterable[Value]] | Iterable[Machine],
@@ -47,7 +38,7 @@ def sweep(
     store: str | os.PathLike[str] | None = None,
     memory: int | str | None = None,
     progress: Progress = None,
-) -> SweepResult | Designs:
+) -> SweepResult:
     """Simulates every design of a space on every trace.
 
     Parameters
@@ -64,9 +55,9 @@ def sweep(
     minimize, maximize
         Columns that ``pareto()`` makes small and large unless it is told others.
     objectives
-        Functions of a ``Report``, each a column of the table and made small by ``pareto()``; with
-        several traces the mean of their values. Every design is then replayed by itself, which
-        takes longer than a sweep without functions.
+        Functions of a ``Report``, each a column of the table and made small by ``pareto()``. Every
+        design of whatever space is then replayed by itself, which takes longer than a sweep
+        without functions.
     sampling
         ``{"method": "lhs", "points": 64, "seed": 1}``, as in a sweep file.
     keys
@@ -89,24 +80,22 @@ def sweep(
     progress
         As for ``Trace.replay``; counts frames on machines.
 
-    Returns a ``SweepResult``, or ``Designs`` for functions and machines. Both have ``table``,
-    ``designs`` and ``pareto(...)``. Ctrl-C raises at once; what is done is in the store.
+    Returns a ``SweepResult``. The base machine is its first row; of a list of machines that is the
+    first of them, and columns say what differs. A design that is no machine is counted in
+    ``tally``, with its reason in ``table``. Ctrl-C raises at once; what is done is in the store.
     """
-    if isinstance(space, (str, os.PathLike)):
-        if objectives or constraints or minimize or maximize or sampling:
-            raise ConfigError(
-                "a sweep file has constraints, objectives and sampling itself; functions as "
-                "objectives need a dictionary of keys, or machines"
-            )
-        paths = _paths(traces)
-        return _sweep_file(
-            space, paths, keys=dict(keys or {}), points=points, dram=dram, store=store,
-            memory=memory, progress=progress,
-        )  # fmt: skip
-    if keys or points is not None:
+    is_file = isinstance(space, (str, os.PathLike))
+    if is_file and (constraints or minimize or maximize or sampling):
+        raise ConfigError("a sweep file has constraints, objectives and sampling itself")
+    if not is_file and (keys or points is not None):
         raise ConfigError("keys and points are for sweep files: change the base, or use sampling")
     if isinstance(space, Mapping) and not space:
         raise ConfigError("a space has at least one key")
+    if isinstance(space, (str, os.PathLike)) and not objectives:
+        return _sweep_file(
+            space, _paths(traces), keys=dict(keys or {}), points=points, dram=dram, store=store,
+            memory=memory, progress=progress,
+        )  # fmt: skip
     opened = _opened(traces)
     if isinstance(space, Mapping) and not objectives:
         machine = base if isinstance(base, Machine) else Machine(base)
@@ -115,48 +104,77 @@ def sweep(
             maximize=list(maximize), sampling=dict(sampling) if sampling else None, fps=fps,
             dram=dram, store=store, memory=memory, progress=progress,
         )  # fmt: skip
-    if constraints or minimize or maximize or sampling:
-        raise ConfigError(
-            "constraints, minimize, maximize and sampling are for dictionaries without functions "
-            "as objectives"
-        )
-    asked = Space(space, base) if isinstance(space, Mapping) else None
-    found = Designs(objectives or {})
-    kept = None
-    if store is not None:
-        kept = DesignStore(store, opened, dram, fps, objectives or {})
-    candidates: Iterable[Candidate]
-    if asked is not None:
-        candidates = asked
+    if minimize or maximize:
+        raise ConfigError("minimize and maximize: tell pareto() of functions as objectives")
+    if isinstance(space, (str, os.PathLike, Mapping)):
+        asked = Space(space, base, constraints=constraints, sampling=sampling, keys=keys)
+        machines, total = asked._designs(points), asked._count(points)
+    elif constraints or sampling:
+        raise ConfigError("constraints and sampling are for dictionaries of keys")
     else:
-        candidates = (Candidate(i, {}, m) for i, m in enumerate(_machines(space)))
-    total = len(asked) if asked is not None else 0
+        machines, total = _listed_machines(space), 0
+    functions = dict(objectives or {})
+    kept = DesignStore(store, opened, dram, fps, functions) if store is not None else None
     bar = meter(progress, "designs")
+    rows: list[_Tried] = []
     try:
-        for done, candidate in enumerate(candidates, start=1):
-            key = kept.key(candidate.machine) if kept is not None else ""
-            values = kept.get(key) if kept is not None else None
-            if values is None:
-                replays = (trace.replay(candidate.machine, dram=dram, fps=fps) for trace in opened)
-                values = found.measure(list(replays))
-                if kept is not None:
-                    kept.put(key, values)
-            found.add(candidate, values)
+        for done, tried in enumerate(machines, start=1):
+            if tried.machine is not None:
+                key = kept.key(tried.machine) if kept is not None else ""
+                row = kept.get(key) if kept is not None else None
+                if row is None:
+                    row = _replayed(tried.machine, opened, dram, fps, functions)
+                    if kept is not None:
+                        kept.put(key, row)
+                tried = replace(tried, outcomes=row["outcomes"], values=row["values"])
+            rows.append(tried)
             if bar is not None:
                 bar.show(done, max(total, done))
     finally:
         if bar is not None:
             bar.close()
-    return found
+    if not isinstance(space, (str, os.PathLike, Mapping)):
+        # The first of a list is what the others are compared with, and one of them.
+        rows = [replace(row, point=None) for row in rows[:1]] + rows
+    return _gathered(rows, [trace.name for trace in opened], list(functions), fps)
 
 
-def _machines(space: object) -> Iterator[Machine]:
+def _replayed(
+    machine: Machine,
+    traces: Sequence[Trace],
+    dram: str | None,
+    fps: float,
+    functions: Mapping[str, Objective],
+) -> dict[str, Any]:
+    """What a sweep keeps of a machine: an outcome per trace, and per function a value per trace."""
+    reports = [trace.replay(machine, dram=dram, fps=fps) for trace in traces]
+    values: list[list[float | None]] = []
+    for function in functions.values():
+        found = [function(report) for report in reports]
+        values.append([None if x is None or math.isnan(x) else float(x) for x in found])
+    return {"outcomes": [report._outcome() for report in reports], "values": values}
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A design of a space: its number (the base has none), its settings, the machine or why there is
+    none, and what came out."""
+
+    point: int | None
+    settings: dict[str, Value]
+    machine: Machine | None
+    reason: str = ""
+    outcomes: list[str] = field(default_factory=list)
+    values: list[list[float | None]] = field(default_factory=list)
+
+
+def _listed_machines(space: object) -> Iterator[_Tried]:
     if not isinstance(space, Iterable):
         raise TypeError("a space is a sweep file, a dictionary of keys, or machines")
-    for machine in space:
+    for point, machine in enumerate(space):
         if not isinstance(machine, Machine):
             raise TypeError(f"machines are powergs.Machine, not {type(machine).__name__}")
-        yield machine
+        yield _Tried(point, {}, machine)
 
 
 def _listed(traces: Traces) -> list[Any]:
@@ -200,77 +218,111 @@ class Candidate:
 
 
 class Space:
-    """Every combination of the values of some keys, tried by whoever asks.
+    """Every design of a space, tried by the caller.
 
-    An optimiser chooses (``ask`` with settings, or with a position from 0 to 1 on each axis) or the
-    space does (``ask()``: the next one in order); ``tell`` keeps what came out.
+    The space is what ``sweep`` takes: a dictionary of keys with their values, with ``constraints``
+    and ``sampling``, or a sweep file with ``keys`` to change. An optimiser chooses (``ask`` with
+    settings, or with a position from 0 to 1 on each axis) or the space does (``ask()``: the next one
+    in order); ``tell`` keeps what came out.
 
     >>> space = powergs.Space({"vru.cores": [2, 4, 8], "ccu.units": [2, 4]})
     >>> candidate = space.ask({"vru.cores": 8, "ccu.units": 2})
     >>> space.tell(candidate, {"frame_time_ms": 0.25})
+
+    A point that is no machine, or that a constraint leaves out, raises ``InvalidDesign``.
     """
 
     def __init__(
-        self, axes: Mapping[str, Iterable[Value]], base: Machine | str = "gscore"
+        self,
+        axes: str | os.PathLike[str] | Mapping[str, Iterable[Value]],
+        base: Machine | str = "gscore",
+        *,
+        constraints: Sequence[str] = (),
+        sampling: Mapping[str, Value] | None = None,
+        keys: Mapping[str, Value] | None = None,
     ) -> None:
-        #: The keys and their values.
-        self.axes = {key: list(values) for key, values in axes.items()}
-        if not self.axes or not all(self.axes.values()):
-            raise ConfigError("a space has at least one key, and each key a value")
-        #: The machine that the keys are of.
-        self.base = base if isinstance(base, Machine) else Machine(base)
+        if isinstance(axes, Mapping):
+            named = {key: list(values) for key, values in axes.items()}
+            if not named or not all(named.values()):
+                raise ConfigError("a space has at least one key, and each key a value")
+            machine = base if isinstance(base, Machine) else Machine(base)
+            given = dict(sampling) if sampling else None
+            self._space = _Space.of_axes(machine, named, list(constraints), given)
+        else:
+            self._space = _Space.of_file(axes, dict(keys) if keys else None)
+        #: The axes and their values.
+        self.axes: dict[str, list[Value]] = dict(self._space.axes())
+        if isinstance(axes, Mapping):
+            # As they were given: what is asked for is looked up among them.
+            self.axes = named
+        #: The machine that designs differ from.
+        self.base = self._space.base()
+        self._points: list[int] | None = None
         self._next = 0
         self._told: dict[int, tuple[dict[str, Value], dict[str, float]]] = {}
-        # A key that is misspelt, or a value that it does not take, is found now.
-        for key, values in self.axes.items():
-            for value in values:
-                self.base.with_({key: value})
 
     def __len__(self) -> int:
-        return math.prod(map(len, self.axes.values()))
+        return len(self._selected())
 
     def __iter__(self) -> Iterator[Candidate]:
-        for number in range(len(self)):
-            yield self._candidate(number)
+        for point in self._selected():
+            settings, machine, _ = self._space.candidate(point)
+            if settings is not None and machine is not None:
+                yield Candidate(point, settings, machine)
 
-    def _candidate(self, number: int) -> Candidate:
-        settings: dict[str, Value] = {}
-        rest = number
-        for key, values in reversed(self.axes.items()):
-            rest, digit = divmod(rest, len(values))
-            settings[key] = values[digit]
-        settings = {key: settings[key] for key in self.axes}
-        return Candidate(number, settings, self.base.with_(settings))
+    def _selected(self) -> list[int]:
+        if self._points is None:
+            self._points = self._space.points_of_sweep()
+        return self._points
 
-    def ask(self, at: Mapping[str, Value] | Sequence[float] | None = None) -> Candidate:
+    def _count(self, points: int | None) -> int:
+        return 1 + len(self._selected()[:points])
+
+    def _designs(self, points: int | None) -> Iterator[_Tried]:
+        own: dict[str, Value] = {}
+        for key in self.axes:
+            try:
+                own[key] = self.base[key]
+            except KeyError:  # a name for several keys
+                pass
+        yield _Tried(None, own, self.base)
+        for point in self._selected()[:points]:
+            settings, machine, reason = self._space.candidate(point)
+            if settings is not None:
+                yield _Tried(point, settings, machine, reason)
+
+    def _candidate(self, point: int) -> Candidate:
+        settings, machine, reason = self._space.candidate(point)
+        if settings is None or machine is None:
+            raise InvalidDesign(f"design #{point}: {reason}")
+        return Candidate(point, settings, machine)
+
+    def ask(self, at: Mapping[str, Any] | Sequence[float] | None = None) -> Candidate:
         """The design at some settings, at positions from 0 to 1, or the next one.
 
-        Raises ``ConfigError`` for settings that are not in the space, ``StopIteration`` when
-        ``ask()`` has given all designs.
+        Raises ``ConfigError`` for settings that are not in the space, ``InvalidDesign`` for those
+        that make no machine, ``StopIteration`` when ``ask()`` has given all designs.
         """
         if at is None:
             if self._next >= len(self):
                 raise StopIteration("every design of the space was asked for")
             self._next += 1
-            return self._candidate(self._next - 1)
-        number = 0
+            return self._candidate(self._selected()[self._next - 1])
+        digits: list[int] = []
         if isinstance(at, Mapping):
             if set(at) != set(self.axes):
                 raise ConfigError(f"settings: one value for each of {', '.join(self.axes)}")
-            digits = []
             for key, values in self.axes.items():
                 if at[key] not in values:
-                    raise ConfigError(f"{key}: {at[key]!r} is not one of {values}")
+                    raise ConfigError(f"{key}: {at[key]!r} is not one of its values, {values}")
                 digits.append(values.index(at[key]))
         else:
-            positions = [float(x) for x in at]
+            positions = list(at)
             if len(positions) != len(self.axes) or not all(0 <= x <= 1 for x in positions):
-                raise ConfigError(f"{len(self.axes)} positions from 0 to 1, one for each key")
+                raise ConfigError(f"positions: {len(self.axes)} numbers from 0 to 1, one per key")
             sizes = map(len, self.axes.values())
             digits = [min(int(x * n), n - 1) for x, n in zip(positions, sizes)]
-        for digit, values in zip(digits, self.axes.values()):
-            number = number * len(values) + digit
-        return self._candidate(number)
+        return self._candidate(self._space.point(digits))
 
     def tell(self, candidate: Candidate, values: Mapping[str, float | None] | float) -> None:
         """Keeps the objectives of a design; ``None`` and NaN are kept as not a number."""
@@ -302,62 +354,6 @@ class Space:
         return _best(self.table, minimize or ([] if maximize else list(told[1])), maximize)
 
 
-class Designs:
-    """Machines that were replayed one by one, with functions as objectives."""
-
-    def __init__(self, objectives: Mapping[str, Objective]) -> None:
-        self._objectives = dict(objectives)
-        self._rows: list[dict[str, Any]] = []
-        #: The machines, in the order of the table.
-        self.machines: list[Machine] = []
-
-    def measure(self, reports: Sequence[Report]) -> dict[str, float | None]:
-        """The means of a machine's reports, one per trace, and of the functions of them."""
-        values = {name: _mean([getattr(r, name) for r in reports]) for name in _METRICS}
-        for name, function in self._objectives.items():
-            values[name] = _mean([function(report) for report in reports])
-        return values
-
-    def add(self, candidate: Candidate, values: Mapping[str, float | None]) -> None:
-        """Adds a machine with what was measured."""
-        row: dict[str, Any] = {"point": candidate.number, "machine": candidate.machine.name}
-        self._rows.append({**row, **candidate.settings, **values})
-        self.machines.append(candidate.machine)
-
-    @property
-    def table(self) -> Table:
-        """A row per machine: settings, means over the traces, objectives."""
-        names = list(self._rows[0]) if self._rows else ["point"]
-        return _columns({name: [row[name] for row in self._rows] for name in names}, _METRICS)
-
-    @property
-    def designs(self) -> Table:
-        """The same as ``table``."""
-        return self.table
-
-    def pareto(
-        self, *, minimize: Sequence[str] = (), maximize: Sequence[str] = ()
-    ) -> Table:
-        """The rows that no other beats; without columns all objectives are made small."""
-        if not minimize and not maximize:
-            minimize = list(self._objectives) or ["frame_time_ms", "energy_pj", "area_mm2"]
-        return _best(self.table, minimize, maximize)
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-    def __repr__(self) -> str:
-        return f"<Designs: {len(self)}>"
-
-    def _repr_html_(self) -> str:
-        return self.table._repr_html_()
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    known = [float(value) for value in values if value is not None]
-    return sum(known) / len(values) if len(known) == len(values) and known else None
-
-
 def _columns(columns: dict[str, list[Any]], known: Mapping[str, tuple[str, str]]) -> Table:
     kinds, values = [], {}
     for name, cells in columns.items():
@@ -387,4 +383,4 @@ def _best(table: Table, minimize: Sequence[str], maximize: Sequence[str]) -> Tab
     return _columns(columns, known)
 
 
-__all__ = ["Candidate", "Designs", "Front", "Space", "SweepResult", "sweep"]
+__all__ = ["Candidate", "Front", "Space", "SweepResult", "sweep"]

@@ -5,30 +5,84 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DVec3;
-use pyo3::exceptions::PyIndexError;
+use glam::{DMat3, DMat4, DVec3, DVec4};
+use numpy::PyArrayDyn;
+use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
 
+use crate::arrays::{array_of_rows, matrix, wrong};
 use crate::error::{Fault, in_file_error};
 use crate::machine::path_text;
 use crate::scene::Scene;
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_scene::camera::check::MAX_SIZE;
+use powergs_scene::camera::check::{MAX_SIZE, of_matrices};
 use powergs_scene::camera::fov::FieldOfView;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
 use powergs_scene::camera::{Lens, inria};
 use powergs_scene::files::open_cameras;
-use powergs_scene::{Camera as View, Split};
+use powergs_scene::{Camera as View, Eye, Split};
 
 /// One view: a pinhole camera.
+///
+/// Parameters
+/// ----------
+/// intrinsics : array of shape (3, 3)
+///     ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]``, pixels from the left and top edges, as gsplat's
+///     ``Ks``.
+/// world_to_camera : array of shape (4, 4)
+///     The pose, as gsplat's ``viewmats``: x to the right, y down, z forward.
+/// size : (int, int)
+///     Width and height, pixels.
+/// name : str
+///     Name of the view.
+///
+/// Raises ``InputError`` for matrices of another shape, skew and poses that are no rotations.
 #[pyclass(frozen, module = "powergs", name = "Camera")]
 #[derive(Clone)]
 pub struct Camera(pub View);
 
 #[pymethods]
 impl Camera {
+    #[new]
+    #[pyo3(signature = (intrinsics, world_to_camera, size, *, name="view"))]
+    fn new(
+        intrinsics: &Bound<'_, PyAny>,
+        world_to_camera: &Bound<'_, PyAny>,
+        size: (u32, u32),
+        name: &str,
+    ) -> PyResult<Camera> {
+        let [x, y, z] = matrix::<3, 3>(intrinsics, "K")?.map(DVec3::from_array);
+        let intrinsics = DMat3::from_cols(x, y, z).transpose();
+        let [a, b, c, d] =
+            matrix::<4, 4>(world_to_camera, "world_to_camera")?.map(DVec4::from_array);
+        let pose = DMat4::from_cols(a, b, c, d).transpose();
+        let view = of_matrices(name, intrinsics, pose, [size.0, size.1]);
+        Ok(Camera(view.map_err(|e| wrong(e.to_string()))?))
+    }
+
+    /// Focal lengths and principal point, pixels from the left and top edges: an array of shape
+    /// (3, 3), float64.
+    #[getter]
+    fn intrinsics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let View { fx, fy, cx, cy, .. } = self.0;
+        let rows = [vec![fx, 0.0, cx], vec![0.0, fy, cy], vec![0.0, 0.0, 1.0]];
+        array_of_rows(py, &rows)
+    }
+
+    /// Pose: x to the right, y down, z forward; an array of shape (4, 4), float64.
+    #[getter]
+    fn world_to_camera<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let rotation = self.0.world_to_camera;
+        let translation = -(rotation * self.0.centre);
+        let row = |i: usize| {
+            let row = rotation.row(i);
+            vec![row.x, row.y, row.z, translation[i]]
+        };
+        array_of_rows(py, &[row(0), row(1), row(2), vec![0.0, 0.0, 0.0, 1.0]])
+    }
+
     /// Name of the view, usually its photo.
     #[getter]
     fn name(&self) -> &str {
@@ -70,9 +124,57 @@ impl Camera {
         let View { name, width, height, .. } = &self.0;
         format!("<Camera {name}: {width}x{height}>")
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
+        Ok((py.import("powergs._powergs")?.getattr("_camera")?, parts(&self.0)))
+    }
 }
 
-/// Views of a scene, at least one: from a file, a circle, or a path.
+/// What a camera is pickled as: name, size, focal lengths and principal point, rotation by columns,
+/// centre, split, eye.
+type Parts = (String, [u32; 2], [f64; 4], [f64; 9], [f64; 3], Option<String>, Option<String>);
+
+fn parts(view: &View) -> Parts {
+    (
+        view.name.clone(),
+        [view.width, view.height],
+        [view.fx, view.fy, view.cx, view.cy],
+        view.world_to_camera.to_cols_array(),
+        view.centre.to_array(),
+        view.split.map(|split| split.name().to_owned()),
+        view.eye.map(|eye| eye.name().to_owned()),
+    )
+}
+
+/// A pickled camera.
+#[pyfunction]
+pub fn _camera(
+    name: String,
+    size: [u32; 2],
+    intrinsics: [f64; 4],
+    rotation: [f64; 9],
+    centre: [f64; 3],
+    split: Option<&str>,
+    eye: Option<&str>,
+) -> PyResult<Camera> {
+    checked_size(Some((size[0], size[1])))?;
+    let [fx, fy, cx, cy] = intrinsics;
+    Ok(Camera(View {
+        name,
+        width: size[0],
+        height: size[1],
+        fx,
+        fy,
+        cx,
+        cy,
+        world_to_camera: DMat3::from_cols_array(&rotation),
+        centre: DVec3::from_array(centre),
+        split: split.and_then(Split::from_name),
+        eye: eye.and_then(Eye::from_name),
+    }))
+}
+
+/// Views of a scene, at least one: a list of ``Camera``, or from a file, a circle, or a path.
 #[pyclass(frozen, module = "powergs", name = "Cameras", sequence)]
 pub struct Cameras {
     views: Arc<Vec<View>>,
@@ -136,6 +238,15 @@ fn up(axis: &str) -> PyResult<DVec3> {
 
 #[pymethods]
 impl Cameras {
+    #[new]
+    #[pyo3(signature = (views, /))]
+    fn new(views: Vec<PyRef<'_, Camera>>) -> PyResult<Cameras> {
+        if views.is_empty() {
+            return Err(Fault::config("views: at least one").raise());
+        }
+        Ok(Cameras::of(views.iter().map(|view| view.0.clone()).collect()))
+    }
+
     /// Opens a camera file: INRIA ``cameras.json``, NeRF ``transforms.json``, or a folder of
     /// COLMAP. ``size`` is for files that do not say it, pixels.
     ///
@@ -255,6 +366,15 @@ impl Cameras {
             return Err(PyIndexError::new_err(format!("view {at} of {count}")));
         }
         Ok(Bound::new(py, Camera(self.views[from_start as usize].clone()))?.into_any())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Vec<Camera>,))> {
+        if !self.lenses.is_empty() {
+            let what = "views with lenses are not pickled: pickle the path, and open it again";
+            return Err(PyTypeError::new_err(what));
+        }
+        let of = py.import("powergs._powergs")?.getattr("Cameras")?;
+        Ok((of, (self.views.iter().cloned().map(Camera).collect(),)))
     }
 
     fn __repr__(&self) -> String {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error::{Fault, defect};
-use powergs_chart::{Chart as Drawing, Format, Style};
+use powergs_chart::{Chart as Drawing, Format, Sheet, Style};
 use powergs_core::run::store::atomic::write_atomically;
 
 /// A chart. Notebooks show it; ``svg``, ``png`` and ``pdf`` give its bytes.
@@ -23,8 +23,8 @@ pub struct Chart {
 }
 
 enum Drawn {
-    /// It can be drawn in any format.
-    Live(Box<Drawing>),
+    /// It can be drawn in any format and size.
+    Live(Box<Drawing>, Style),
     /// It was pickled.
     Kept(String),
 }
@@ -33,7 +33,7 @@ impl Chart {
     /// A chart of the library.
     pub fn new(chart: Drawing) -> Chart {
         let (name, title) = (chart.name.to_owned(), chart.title.clone());
-        Chart { name, title, drawn: Drawn::Live(Box::new(chart)) }
+        Chart { name, title, drawn: Drawn::Live(Box::new(chart), Style::default()) }
     }
 
     /// A chart that only its SVG is left of.
@@ -49,20 +49,31 @@ impl Chart {
     /// Its SVG.
     pub fn drawn(&self) -> PyResult<String> {
         match &self.drawn {
-            Drawn::Live(chart) => chart.svg(Style::default()).map_err(defect),
+            Drawn::Live(chart, style) => chart.svg(*style).map_err(defect),
             Drawn::Kept(svg) => Ok(svg.clone()),
         }
     }
 
-    fn live(&self) -> PyResult<&Drawing> {
+    fn live(&self) -> PyResult<(&Drawing, Style)> {
         match &self.drawn {
-            Drawn::Live(chart) => Ok(chart),
+            Drawn::Live(chart, style) => Ok((chart, *style)),
             Drawn::Kept(_) => {
                 let what = "a chart that was pickled is there as SVG only";
                 Err(PyValueError::new_err(what))
             }
         }
     }
+}
+
+/// How a chart is laid out.
+pub fn style(size: &str, title: bool) -> PyResult<Style> {
+    let sheet = match size {
+        "slide" => Sheet::Slide,
+        "page" => Sheet::Page,
+        "column" => Sheet::Column,
+        _ => return Err(Fault::config("size: slide, page or column").raise()),
+    };
+    Ok(Style { sheet, title })
 }
 
 #[pymethods]
@@ -73,17 +84,27 @@ impl Chart {
         self.drawn()
     }
 
-    /// The chart as PNG, 1920 x 1080 pixels.
+    /// The same chart in another size: ``"slide"`` (1920 x 1080 pixels), ``"page"`` (7 in wide) or
+    /// ``"column"`` (3.33 in), with or without its title.
+    #[pyo3(signature = (size="slide", *, title=true))]
+    fn styled(&self, size: &str, title: bool) -> PyResult<Chart> {
+        let (chart, _) = self.live()?;
+        let drawn = Drawn::Live(Box::new(chart.clone()), style(size, title)?);
+        Ok(Chart { name: self.name.clone(), title: self.title.clone(), drawn })
+    }
+
+    /// The chart as PNG.
     #[getter]
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let png = self.live()?.png(Style::default()).map_err(defect)?;
-        Ok(PyBytes::new(py, &png))
+        let (chart, style) = self.live()?;
+        Ok(PyBytes::new(py, &chart.png(style).map_err(defect)?))
     }
 
     /// The chart as PDF of one page.
     #[getter]
     fn pdf<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let pdf = Format::Pdf.file(self.live()?, Style::default()).map_err(defect)?;
+        let (chart, style) = self.live()?;
+        let pdf = Format::Pdf.file(chart, style).map_err(defect)?;
         Ok(PyBytes::new(py, &pdf))
     }
 
@@ -97,13 +118,16 @@ impl Chart {
         };
         let bytes = match format {
             Format::Svg => self.drawn()?.into_bytes(),
-            format => format.file(self.live()?, Style::default()).map_err(defect)?,
+            format => {
+                let (chart, style) = self.live()?;
+                format.file(chart, style).map_err(defect)?
+            }
         };
         Ok(write_atomically(&path, |out| out.write_all(&bytes)).map_err(Fault::from)?)
     }
 
     fn _repr_svg_(&self) -> PyResult<String> {
-        self.drawn()
+        Ok(within(&self.drawn()?))
     }
 
     fn __repr__(&self) -> String {
@@ -117,6 +141,14 @@ impl Chart {
         let of = py.import("powergs._powergs")?.getattr("_chart")?;
         Ok((of, (self.name.clone(), self.title.clone(), self.drawn()?)))
     }
+}
+
+/// A drawing that is at most as wide as the cell of a notebook.
+fn within(svg: &str) -> String {
+    let Some((head, rest)) = svg.split_once("<svg width=\"") else { return svg.to_owned() };
+    let Some((width, rest)) = rest.split_once('"') else { return svg.to_owned() };
+    let style = format!("style=\"max-width: 100%; width: {width}px; height: auto\"");
+    format!("{head}<svg {style} width=\"{width}\"{rest}")
 }
 
 /// A pickled chart.

@@ -92,7 +92,10 @@ impl Fault {
         if self.class == Class::Output {
             return Ok(PyOSError::new_err(text));
         }
-        let class = py.import("powergs.errors")?.getattr(self.class.name())?;
+        let errors = py.import("powergs.errors")?;
+        let is_missing = self.class == Class::Input && !place.is_empty() && !is_there(&place);
+        let name = if is_missing { "MissingFileError" } else { self.class.name() };
+        let class = errors.getattr(name)?;
         let file = Some(place).filter(|place| !place.is_empty());
         let raised = match self.class {
             Class::Config => class.call1((&text, file, line(&text), suggestion(&text)))?,
@@ -103,8 +106,20 @@ impl Fault {
     }
 }
 
+/// Whether something has this path.
+fn is_there(path: &str) -> bool {
+    std::path::Path::new(path).symlink_metadata().is_ok()
+}
+
 /// What flags of the command line are called here.
-const FLAGS: [(&str, &str); 5] = [
+const FLAGS: [(&str, &str); 9] = [
+    ("with --resume", "with the same store="),
+    (
+        "--resume (--store keeps what both share), or --force to begin anew",
+        "the same call, or another store=",
+    ),
+    ("--force to begin anew", "another store= to begin anew"),
+    ("(--store keeps what both share), or ", ""),
     ("--memory ", "memory="),
     ("in --set ", "in "),
     ("--set ", ""),

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 use serde_json::Value as Json;
 
 use crate::chart::Chart;
+use crate::commands::of_csv;
 use crate::error::{Class, Fault, defect};
 use crate::machine::{Machine, path_text};
 use crate::table::{Column, Table};
@@ -18,13 +19,14 @@ use crate::watch::{self, Counts, Shared};
 use powergs_base::config::embedded::DRAM;
 use powergs_chart::Chart as Drawing;
 use powergs_core::run::files::read;
-use powergs_core::run::{RunError, System};
+use powergs_core::run::{Frames, RunError, System};
 use powergs_dram::address_trace::Requests;
 use powergs_dram::stream::run_stream;
 use powergs_dram::{Device, Mode};
 use powergs_report as report;
 use powergs_study::findings::compare::{Comparison as Compared, Side};
 use powergs_study::replay::on_each;
+use powergs_study::speedup::SpeedUp;
 use powergs_study::validate::run::{MEMORY, steps, value};
 use powergs_study::validate::{
     BASELINE, Built, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge, measure,
@@ -33,6 +35,7 @@ use powergs_views::rendered;
 
 /// A measure of all machines.
 struct Measured {
+    trace: String,
     name: &'static str,
     values: Vec<Option<f64>>,
     /// To the first machine.
@@ -48,28 +51,52 @@ pub struct Comparison {
     #[pyo3(get)]
     least_speedup: Option<f64>,
     json: Json,
+    /// Frame rates to the first machine on every trace, as CSV; empty for one trace.
+    speedup: Vec<u8>,
     charts: Vec<Drawing>,
     text: String,
     html: String,
 }
 
 impl Comparison {
-    fn of(comparison: &Compared) -> Result<Comparison, Fault> {
-        let charts = report::compare::charts(comparison, None);
-        let page = report::compare::document(comparison, &charts, None);
-        let failed = |e: &dyn std::fmt::Display| Fault::new(Class::Internal, e.to_string());
-        let sides = comparison.sides.len();
-        let measure = |row: &powergs_study::findings::compare::ComparedMeasure| {
-            let ratios = (0..sides).map(|i| row.ratio(i)).collect();
-            Measured { name: row.measure.name(), values: row.values.clone(), ratios }
+    /// Of one comparison per trace.
+    fn of(all: &[Compared], names: &[String]) -> Result<Comparison, Fault> {
+        let first = &all[0];
+        let speedup = SpeedUp::of_comparisons(all);
+        let (charts, page, json) = match &speedup {
+            None => {
+                let charts = report::compare::charts(first, None);
+                let page = report::compare::document(first, &charts, None);
+                (charts, page, report::compare::json(first))
+            }
+            Some(speedup) => {
+                let of = format!("{} traces", all.len());
+                let chart = report::speedup::chart(speedup, of);
+                let charts = vec![chart, report::compare::breakdown(all, &speedup.traces)];
+                let page = report::compare::document_of(all, speedup, &charts, None);
+                let each: Vec<Json> = all.iter().map(report::compare::json).collect();
+                let speedup = report::speedup::json(speedup);
+                (charts, page, serde_json::json!({ "speedup": speedup, "traces": each }))
+            }
         };
+        let sides = first.sides.len();
+        let measures = all.iter().zip(names).flat_map(|(comparison, trace)| {
+            comparison.rows.iter().map(move |row| Measured {
+                trace: trace.clone(),
+                name: row.measure.name(),
+                values: row.values.clone(),
+                ratios: (0..sides).map(|i| row.ratio(i)).collect(),
+            })
+        });
+        let least = all.iter().map(Compared::least_speedup).collect::<Option<Vec<f64>>>();
         Ok(Comparison {
-            labels: comparison.labels().into_iter().map(str::to_owned).collect(),
-            measures: comparison.rows.iter().map(measure).collect(),
-            least_speedup: comparison.least_speedup(),
-            json: report::compare::json(comparison),
+            labels: first.labels().into_iter().map(str::to_owned).collect(),
+            measures: measures.collect(),
+            least_speedup: least.and_then(|all| all.into_iter().reduce(f64::min)),
+            json,
+            speedup: speedup.as_ref().map(report::speedup::csv).unwrap_or_default(),
             text: page.terminal(100),
-            html: page.fragment().map_err(|e| failed(&e))?,
+            html: page.fragment().map_err(|e| Fault::new(Class::Internal, e.to_string()))?,
             charts,
         })
     }
@@ -77,11 +104,16 @@ impl Comparison {
 
 #[pymethods]
 impl Comparison {
-    /// A row per measure: ``measure``, a column per machine, and ``MACHINE / FIRST`` per other.
+    /// A row per trace and measure: ``trace``, ``measure``, a column per machine, and ``MACHINE /
+    /// FIRST`` per other.
     #[getter]
     fn table(&self) -> PyResult<Table> {
+        let traces = self.measures.iter().map(|measure| Some(&measure.trace));
         let names = self.measures.iter().map(|measure| Some(measure.name));
-        let mut columns = vec![Column::text("measure", "Its name, with its unit.", names)];
+        let mut columns = vec![
+            Column::text("trace", "Name of the trace.", traces),
+            Column::text("measure", "Its name, with its unit.", names),
+        ];
         for (i, label) in self.labels.iter().enumerate() {
             let values = self.measures.iter().map(|measure| measure.values[i]);
             columns.push(Column::real(label, "", "Value on this machine.", values));
@@ -92,6 +124,14 @@ impl Comparison {
             columns.push(Column::real(&name, "1", "Ratio of the two.", ratios));
         }
         Table::new(columns)
+    }
+
+    /// With several traces: frame rates over those of the first machine, a row per trace and the
+    /// geometric mean; ``None`` with one.
+    #[getter]
+    fn speedup(&self) -> PyResult<Option<Table>> {
+        let some = Some(&self.speedup).filter(|csv| !csv.is_empty());
+        some.map(|csv| of_csv(&csv[..], "speedup")).transpose()
     }
 
     /// Names of the machines; those of one name are numbered.
@@ -127,7 +167,7 @@ impl Comparison {
     }
 }
 
-/// Runs the frames of a trace on several machines, and compares them with the first.
+/// Runs the frames of one trace or of several on machines, and compares them with the first.
 ///
 /// ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
 /// ``at_least`` the others must have that many times the frame rate of the first. Areas and
@@ -141,7 +181,7 @@ impl Comparison {
 pub fn compare(
     py: Python<'_>,
     machines: Vec<Bound<'_, PyAny>>,
-    trace: &Trace,
+    trace: &Bound<'_, PyAny>,
     fps: f64,
     at_least: Option<f64>,
     across_nodes: bool,
@@ -158,12 +198,27 @@ pub fn compare(
     for machine in &machines {
         systems.push((*Machine::from_argument(machine, None)?.system()).clone());
     }
-    let mut frames = trace.frames()?;
+    let traces: Vec<Py<Trace>> = match trace.cast::<Trace>() {
+        Ok(trace) => vec![trace.clone().unbind()],
+        Err(_) => trace.extract().map_err(|_| {
+            pyo3::exceptions::PyTypeError::new_err("trace: a powergs.Trace or a list of them")
+        })?,
+    };
+    let lists = traces.iter().map(|trace| trace.get().frames());
+    let mut lists = lists.collect::<PyResult<Vec<_>>>()?;
+    let names: Vec<String> = lists.iter().map(|list| list.name().to_owned()).collect();
+    if names.is_empty() {
+        return Err(Fault::config("trace: at least one").raise());
+    }
     let found = watch::run(py, progress, (Counts::Frames, "frames"), move |shared| {
-        let runs = on_each(&systems, fps, &mut frames, None, shared)?;
-        let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
-        let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
-        Comparison::of(&Compared::new(sides, across_nodes))
+        let mut all = Vec::new();
+        for frames in &mut lists {
+            let runs = on_each(&systems, fps, frames, None, shared)?;
+            let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
+            let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
+            all.push(Compared::new(sides, across_nodes));
+        }
+        Comparison::of(&all, &names)
     })?;
     match (at_least, found.least_speedup) {
         (Some(wanted), Some(least)) if least < wanted => {
@@ -177,7 +232,7 @@ pub fn compare(
 }
 
 /// Published numbers beside ours: a row per number, with ``published``, ``ours``, ``deviation``,
-/// ``tolerance``, ``status`` and ``verdict``; ``docs/validation.md`` explains them.
+/// ``tolerance``, ``status`` and ``verdict``; ``evidence/validation.md`` explains them.
 ///
 /// ``only`` are parts of row names; ``quick`` leaves rows out whose scenes take long (a minute is
 /// left). With ``check`` a row that must hold and does not raises ``GoalMissed``.

@@ -3,9 +3,11 @@
 //! There is no logic here: arguments become values of the library, its values become objects, and
 //! long calls run without the interpreter's lock ([`watch`]).
 
+mod arrays;
 mod cameras;
 mod chart;
 mod codesign;
+mod commands;
 mod error;
 mod experiments;
 mod explain;
@@ -15,6 +17,7 @@ mod optimize;
 mod picture;
 mod report;
 mod scene;
+mod space;
 mod sweep;
 mod table;
 mod trace;
@@ -44,12 +47,17 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<report::Bottleneck>()?;
     module.add_class::<report::Report>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<space::AskedSpace>()?;
     module.add_class::<sweep::Front>()?;
     module.add_class::<sweep::SweepResult>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<trace::Trace>()?;
+    module.add_function(wrap_pyfunction!(cameras::_camera, module)?)?;
     module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
     module.add_function(wrap_pyfunction!(codesign::codesign, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::_commands, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::_csv, module)?)?;
+    module.add_function(wrap_pyfunction!(commands::_main, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::compare, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::dram, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::validate, module)?)?;
@@ -63,6 +71,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(report::_report, module)?)?;
     module.add_function(wrap_pyfunction!(scene::synth, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::_front, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::_gathered, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::_sweep_axes, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::_sweep_file, module)?)?;
     module.add_function(wrap_pyfunction!(table::_table, module)?)?;

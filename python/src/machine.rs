@@ -24,6 +24,7 @@ use powergs_dram::Device;
 use powergs_energy::Area;
 use powergs_frame::display::Display;
 use powergs_report::document::Document;
+use powergs_study::sweep::design::Design;
 
 /// The display that machines have unless another is named.
 pub const DISPLAY: &str = "oled-powergs";
@@ -59,8 +60,18 @@ pub fn path_text(path: &Bound<'_, PyAny>) -> PyResult<String> {
     }
 }
 
+/// Refuses a whole file in place of its name.
+fn not_a_text(name: &str) -> PyResult<()> {
+    if name.contains('\n') {
+        let what = "a machine is named by its name or its path; for the text of a file there is \
+                    Machine.from_toml";
+        return Err(Fault::config(what).raise());
+    }
+    Ok(())
+}
+
 impl Machine {
-    /// The system that it stands for.
+    /// The system that it has.
     pub fn system(&self) -> Arc<System> {
         Arc::clone(&self.system)
     }
@@ -102,9 +113,23 @@ impl Machine {
     }
 
     fn loaded(name: &str, display: Option<String>) -> PyResult<Machine> {
+        not_a_text(name)?;
         let display = Some(display.unwrap_or_else(|| DISPLAY.into()));
         let spec = SystemSpec { machine: name.to_owned(), display, ..SystemSpec::default() };
         Ok(Machine::new(name, System::load(&spec, &DiskFiles).map_err(Fault::from)?))
+    }
+
+    /// The machine of a design of a sweep, with its first energy table.
+    pub fn of_design(design: &Design) -> PyResult<Machine> {
+        let name = design.machine.name.clone();
+        let machine = ("machine".to_owned(), design.resolved_machine_toml());
+        let mut files = BTreeMap::new();
+        for (role, text) in std::iter::once(machine).chain(design.files()) {
+            let role = role.split(' ').next().unwrap_or_default().to_owned();
+            let part = (role.clone(), None, text.clone(), text, Vec::new());
+            files.entry(role).or_insert(part);
+        }
+        Ok(Machine::new(&name, unpickled((name.clone(), files))?))
     }
 
     fn lacks(&self, key: &str) -> Option<&'static Optional> {
@@ -158,6 +183,7 @@ impl Machine {
         display: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Machine> {
         let name = path_text(name)?;
+        not_a_text(&name)?;
         let display = display.map(path_text).transpose()?.unwrap_or_else(|| DISPLAY.into());
         let spec = SystemSpec {
             machine: name.clone(),
@@ -297,6 +323,38 @@ impl Machine {
         }
     }
 
+    /// A machine file as a text, such as that of ``to_toml``; it may name a ``base``. ``energy``
+    /// and ``display`` are as for ``Machine(...)``.
+    #[staticmethod]
+    #[pyo3(signature = (text, /, *, energy=None, display=None))]
+    fn from_toml(
+        text: String,
+        energy: Option<&Bound<'_, PyAny>>,
+        display: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Machine> {
+        let file = ConfigText::in_memory(FileKind::Machine, text).map_err(Fault::from)?;
+        let display = display.map(path_text).transpose()?.unwrap_or_else(|| DISPLAY.into());
+        let energy = energy.map(path_text).transpose()?;
+        let machine = file.origin.clone();
+        let spec = SystemSpec { machine, sets: Vec::new(), energy, display: Some(display) };
+        let system = System::load(&spec, &WithMachine(file)).map_err(Fault::from)?;
+        let name = system.machine().name.clone();
+        Ok(Machine::new(&name, system))
+    }
+
+    /// A machine file as a dictionary of tables: ``{"base": "gscore", "vru": {"cores": 8}}``.
+    #[staticmethod]
+    #[pyo3(signature = (keys, /, *, energy=None, display=None))]
+    fn from_dict(
+        keys: &Bound<'_, PyDict>,
+        energy: Option<&Bound<'_, PyAny>>,
+        display: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Machine> {
+        let mut keys = value::table(keys)?;
+        keys.entry("name").or_insert_with(|| "own".into());
+        Machine::from_toml(keys.to_string(), energy, display)
+    }
+
     /// The machine file as TOML, with every key and all changes.
     fn to_toml(&self) -> String {
         self.system.machine_toml()
@@ -369,6 +427,25 @@ pub fn parts(name: &str, system: &System) -> Parts {
         Some((kind.role().to_owned(), entry))
     };
     (name.to_owned(), FileKind::ALL.into_iter().filter_map(file).collect())
+}
+
+/// A machine file in memory; what it names comes from the disk.
+struct WithMachine(ConfigText);
+
+impl Files for WithMachine {
+    fn read(
+        &self,
+        kind: FileKind,
+        name: &str,
+        folder: Option<&Path>,
+    ) -> Result<ConfigText, RunError> {
+        match kind {
+            FileKind::Machine => Ok(self.0.clone()),
+            FileKind::Energy | FileKind::Dram | FileKind::Display => {
+                DiskFiles.read(kind, name, folder)
+            }
+        }
+    }
 }
 
 /// The files of a pickle; what it does not have comes from the disk.

@@ -1,29 +1,35 @@
 //! Reports: what frames did on a machine.
 
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use pyo3::exceptions::{PyAttributeError, PyKeyError, PyValueError};
+use pyo3::exceptions::{PyAttributeError, PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value as Json;
 
-use crate::chart::Chart;
+use crate::chart::{Chart, style};
 use crate::error::{Fault, defect};
 use crate::frames::SharedFrames;
 use crate::table::{Column, Table};
 use crate::trace::Target;
 use crate::watch::{self, Counts};
 use powergs_base::config::suggest::nearest;
+use powergs_chart::Format;
 use powergs_core::run::session::Target as Ran;
 use powergs_core::sim::statistics::{
     Aggregate, Kind, Statistic, Value, catalogue, find, shown, values,
 };
 use powergs_core::stage::stage;
 use powergs_report as report;
+use powergs_report::Drawing;
+use powergs_sim::cli::run_folder::RunFolder;
+use powergs_sim::cli::{Exit, Failure, OrExit};
 use powergs_study::findings::what_if::Step;
 use powergs_study::findings::{self, Key, Record, WhatIf, bottleneck};
 use powergs_study::replay::Replay;
 use powergs_study::run_record::Run;
+use powergs_study::sweep::outcome::Outcome;
 
 /// What a report was made of, for experiments beside it.
 #[derive(Clone)]
@@ -227,34 +233,35 @@ impl Report {
         self.record.display_fps
     }
 
-    /// Frames per second when frames run back to back; ``None`` in the ``paper`` model.
+    /// Frames per second when frames run back to back; NaN in the ``paper`` model, which has no
+    /// time.
     #[getter]
-    fn throughput_fps(&self) -> Option<f64> {
-        self.record.throughput_fps()
+    fn throughput_fps(&self) -> f64 {
+        self.record.throughput_fps().unwrap_or(f64::NAN)
     }
 
-    /// Power at that rate, watts; ``None`` in the ``paper`` model.
+    /// Power at that rate, watts; NaN in the ``paper`` model.
     #[getter]
-    fn throughput_power_w(&self) -> Option<f64> {
-        self.record.throughput_power_w()
+    fn throughput_power_w(&self) -> f64 {
+        self.record.throughput_power_w().unwrap_or(f64::NAN)
     }
 
-    /// Mean time of a frame, milliseconds; ``None`` in the ``paper`` model.
+    /// Mean time of a frame, milliseconds; NaN in the ``paper`` model.
     #[getter]
-    fn frame_time_ms(&self) -> Option<f64> {
-        self.record.mean(Key::FrameTime)
+    fn frame_time_ms(&self) -> f64 {
+        self.record.mean(Key::FrameTime).unwrap_or(f64::NAN)
     }
 
-    /// Mean energy of a frame, picojoules.
+    /// Mean energy of a frame, picojoules; NaN where the energy table lacks a price.
     #[getter]
-    fn energy_pj(&self) -> Option<f64> {
-        self.record.mean(Key::Energy)
+    fn energy_pj(&self) -> f64 {
+        self.record.mean(Key::Energy).unwrap_or(f64::NAN)
     }
 
-    /// Power at the display rate, watts.
+    /// Power at the display rate, watts; NaN where the energy table lacks a price.
     #[getter]
-    fn power_w(&self) -> Option<f64> {
-        self.record.mean(Key::Power)
+    fn power_w(&self) -> f64 {
+        self.record.mean(Key::Power).unwrap_or(f64::NAN)
     }
 
     /// Power of the display, watts, where the trace has the means of its pictures.
@@ -275,10 +282,13 @@ impl Report {
         self.record.deadline_misses()
     }
 
-    /// What limits the machine; ``None`` in a model without time.
+    /// What limits the machine. Raises ``ConfigError`` in the ``paper`` model, which has no time.
     #[getter]
-    fn bottleneck(&self) -> Option<Bottleneck> {
-        bottleneck::of(&self.record).as_ref().map(Bottleneck::of)
+    fn bottleneck(&self) -> PyResult<Bottleneck> {
+        let found = bottleneck::of(&self.record);
+        let none =
+            || Fault::config("a model without time has no bottleneck: use a machine").raise();
+        found.as_ref().map(Bottleneck::of).ok_or_else(none)
     }
 
     /// What doubling each resource would buy, by simulation of ``frames`` frames spread over the
@@ -319,6 +329,48 @@ impl Report {
         Ok(dict)
     }
 
+    /// Writes the report folder that ``powergs-sim replay --what-if 0`` writes: pages, tables,
+    /// charts (``size``, ``title`` as for ``Chart.styled``; ``formats`` of ``"svg"``, ``"png"``,
+    /// ``"pdf"``, by default the first two) and the record. It appears whole or not at all.
+    ///
+    /// Raises ``OSError`` where something is there; ``overwrite`` replaces a finished report.
+    #[pyo3(signature = (folder, *, overwrite=false, size="slide", title=true,
+                        formats=None))]
+    fn save(
+        &self,
+        folder: PathBuf,
+        overwrite: bool,
+        size: &str,
+        title: bool,
+        formats: Option<Vec<String>>,
+    ) -> PyResult<()> {
+        let State::Live(live) = &self.state else {
+            let what = "a report that was pickled is not written: replay it again";
+            return Err(PyValueError::new_err(what));
+        };
+        let formats = formats.unwrap_or_else(|| ["png", "svg"].map(str::to_owned).to_vec());
+        let known = |name: &String| Format::ALL.into_iter().find(|f| f.ending() == name.as_str());
+        let formats: Option<Vec<Format>> = formats.iter().map(known).collect();
+        let formats = formats.ok_or_else(|| Fault::config("formats: of svg, png, pdf").raise())?;
+        let drawing = Drawing { style: style(size, title)?, formats };
+        let written = || -> Result<(), Failure> {
+            let target = RunFolder::create(Some(&folder), "report", overwrite)?;
+            for file in report::files(&live.1, &drawing).or_exit(Exit::Internal, "report")? {
+                target.write(&file.name, &file.bytes)?;
+            }
+            target.finish().map(drop)
+        };
+        written().map_err(|failure| match failure.exit {
+            Exit::Internal => defect(failure),
+            _ => PyOSError::new_err(
+                failure
+                    .to_string()
+                    .replace("--force to replace it", "overwrite=True")
+                    .replace("--force", "overwrite=True"),
+            ),
+        })
+    }
+
     /// The report as JSON, as ``powergs-sim replay --json --what-if 0`` prints it.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string_pretty(self.json()).map(|text| text + "\n").map_err(defect)
@@ -328,6 +380,16 @@ impl Report {
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = serde_json::to_string(self.json()).map_err(defect)?;
         py.import("json")?.call_method1("loads", (text,))
+    }
+
+    /// What a sweep keeps of the report, as JSON.
+    fn _outcome(&self) -> PyResult<String> {
+        let State::Live(live) = &self.state else {
+            return Err(PyValueError::new_err("a report that was pickled is in no sweep"));
+        };
+        let outcome = Outcome::of(&live.1.frames, self.record.display_fps);
+        serde_json::to_string(&outcome.ok_or_else(|| defect("a report without frames"))?)
+            .map_err(defect)
     }
 
     /// A statistic by name: its mean, or the part that follows the name.
@@ -362,8 +424,8 @@ impl Report {
                 value.map(|value| format!(", {} {name}", report::format::significant(value)));
             text.unwrap_or_default()
         };
-        let fps = number("FPS", self.throughput_fps());
-        let power = number("W", self.power_w());
+        let fps = number("FPS", self.record.throughput_fps());
+        let power = number("W", self.record.mean(Key::Power));
         let frames = self.record.frames;
         format!("<Report {} on {}: {frames} frames{fps}{power}>", self.trace, self.machine)
     }

@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex};
 use numpy::PyArray3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
+use crate::arrays::{array, of_each, wrong};
 use crate::cameras::{Camera, Cameras, checked_size, resized};
 use crate::error::{Class, Fault, closed, defect, in_file_error};
 use crate::frames::SharedFrames;
@@ -114,6 +115,12 @@ fn target(path: &Path, format: Option<&str>) -> PyResult<Target> {
     })
 }
 
+/// Before the logistic function: of 0 and 1 what the next numbers of single precision have.
+fn logit(opacity: f32) -> f32 {
+    let within = f64::from(opacity).clamp(f64::from(f32::MIN_POSITIVE), 1.0 - f64::EPSILON);
+    (within / (1.0 - within)).ln() as f32
+}
+
 /// The name of a scene: its file or folder without ending.
 fn stem(path: &Path) -> String {
     let name = path.file_stem().or(path.file_name()).unwrap_or(path.as_os_str());
@@ -168,6 +175,102 @@ impl Scene {
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
         let gaussians = Mutex::new(Some(Arc::new(model.gaussians)));
         Ok(Scene { gaussians, name, format: model.format.to_owned(), warnings })
+    }
+
+    /// A model of arrays, in the layout of ``gsplat.rasterization``.
+    ///
+    /// Parameters
+    /// ----------
+    /// means : array of shape (N, 3)
+    ///     Centres, world units.
+    /// quats : array of shape (N, 4)
+    ///     Rotations (w, x, y, z), of any length but zero.
+    /// scales : array of shape (N, 3)
+    ///     Standard deviations along the axes, world units, above 0: after ``exp``.
+    /// opacities : array of shape (N,)
+    ///     0 to 1: after ``sigmoid``.
+    /// sh : array of shape (N, K, 3)
+    ///     Spherical harmonics, K = 1, 4, 9 or 16.
+    /// name : str
+    ///     Name of the scene.
+    /// antialiased : bool
+    ///     Whether it was trained with the 2D filter of Mip-Splatting.
+    ///
+    /// Arrays are of NumPy or PyTorch, with any strides. Raises ``InputError`` for other shapes and
+    /// for values that are no numbers.
+    #[staticmethod]
+    #[pyo3(signature = (*, means, quats, scales, opacities, sh, name="arrays", antialiased=false))]
+    #[allow(clippy::too_many_arguments)] // keywords of Python
+    fn from_arrays(
+        means: &Bound<'_, PyAny>,
+        quats: &Bound<'_, PyAny>,
+        scales: &Bound<'_, PyAny>,
+        opacities: &Bound<'_, PyAny>,
+        sh: &Bound<'_, PyAny>,
+        name: &str,
+        antialiased: bool,
+    ) -> PyResult<Scene> {
+        let (shape, means) = of_each(means, "means", None, |rest| rest == [3], "(N, 3)")?;
+        let count = shape[0];
+        if count == 0 || count > MAX_POINTS {
+            return Err(wrong(format!("{count} Gaussians; must be 1 to {MAX_POINTS}")));
+        }
+        let some = Some(count);
+        let (_, quats) = of_each(quats, "quats", some, |rest| rest == [4], "(N, 4)")?;
+        let (_, scales) = of_each(scales, "scales", some, |rest| rest == [3], "(N, 3)")?;
+        let flat = |rest: &[usize]| rest.iter().product::<usize>() == 1;
+        let (_, opacities) = of_each(opacities, "opacities", some, flat, "(N,)")?;
+        let known = |rest: &[usize]| matches!(rest, [1 | 4 | 9 | 16, 3]);
+        let (shape, sh) = of_each(sh, "sh", some, known, "(N, 1, 4, 9 or 16, 3)")?;
+        let first = |values: &[f32], bad: fn(f32) -> bool| values.iter().position(|v| bad(*v));
+        if let Some(place) = first(&scales, |v| v <= 0.0) {
+            let what = "scales are above 0, after `exp`";
+            return Err(wrong(format!("{what}; that of #{} is {}", place / 3, scales[place])));
+        }
+        if let Some(place) = first(&opacities, |v| !(0.0..=1.0).contains(&v)) {
+            let what = "opacities are 0 to 1, after `sigmoid`";
+            return Err(wrong(format!("{what}; that of #{place} is {}", opacities[place])));
+        }
+        let (quats, _) = quats.as_chunks::<4>();
+        if let Some(place) = quats.iter().position(|q| q.iter().all(|x| *x == 0.0)) {
+            return Err(wrong(format!("quats: that of #{place} is zero and turns nothing")));
+        }
+        let degree = [1, 4, 9, 16].iter().position(|k| *k == shape[1]).unwrap_or(0) as u8;
+        let each = shape[1] * 3;
+        // A file has all coefficients of a channel together; an array has those of a coefficient.
+        let by_channel = sh.chunks_exact(each).flat_map(|own| {
+            (0..3).flat_map(move |channel| own.iter().skip(channel).step_by(3).copied())
+        });
+        let gaussians = Gaussians {
+            means: means.as_chunks().0.to_vec(),
+            log_scales: scales.as_chunks().0.iter().map(|s: &[f32; 3]| s.map(f32::ln)).collect(),
+            rotations: quats.to_vec(),
+            logit_opacities: opacities.iter().map(|opacity| logit(*opacity)).collect(),
+            sh_degree: degree,
+            sh: by_channel.collect(),
+            antialiased,
+        };
+        Ok(Scene::of(name, "arrays", gaussians))
+    }
+
+    /// The model as arrays: a dictionary with the names of ``from_arrays``, each float32 and owned
+    /// by Python.
+    fn to_arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let model = self.gaussians()?;
+        let (count, coefficients) = (model.len(), (usize::from(model.sh_degree) + 1).pow(2));
+        let sigmoid = |logit: &f32| 1.0 / (1.0 + (-logit).exp());
+        let sh = model.sh.chunks_exact((coefficients * 3).max(1)).flat_map(|own| {
+            (0..coefficients).flat_map(move |k| own.iter().skip(k).step_by(coefficients).copied())
+        });
+        let scales = model.log_scales.iter().flatten().map(|scale| scale.exp()).collect();
+        let opacities = model.logit_opacities.iter().map(sigmoid).collect();
+        let all = PyDict::new(py);
+        all.set_item("means", array(py, model.means.as_flattened().to_vec(), &[count, 3])?)?;
+        all.set_item("quats", array(py, model.rotations.as_flattened().to_vec(), &[count, 4])?)?;
+        all.set_item("scales", array(py, scales, &[count, 3])?)?;
+        all.set_item("opacities", array(py, opacities, &[count])?)?;
+        all.set_item("sh", array(py, sh.collect(), &[count, coefficients, 3])?)?;
+        Ok(all)
     }
 
     /// Name of the scene: its file without ending.

@@ -1,8 +1,12 @@
 //! Sweeps: every design of a space on every trace, and which designs to keep.
 
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyAny, PyDict};
 
@@ -14,15 +18,19 @@ use crate::trace::{Trace, budget};
 use crate::value;
 use crate::watch::{self, Counts, Shared};
 use powergs_base::budget::Budget;
-use powergs_core::run::{Change, FileStore, Frames, MemoryStore, Store};
+use powergs_core::run::{Change, FileStore, Frames, MemoryStore, RunError, Store, System};
 use powergs_report::sweep::{Provenance, charts, document};
 use powergs_study::analysis::front::{Costs, front};
 use powergs_study::analysis::{
     Analysis, AnalysisError, Misses, Objective, Question, Scope, SweepFacts, Table as Analysed,
 };
 use powergs_study::sweep::expr::Expr;
-use powergs_study::sweep::file::Sampling;
+use powergs_study::sweep::file::{Objectives, Sampling};
+use powergs_study::sweep::gathered::{GatheredDesign, differences, gathered};
 use powergs_study::sweep::metric::metrics;
+use powergs_study::sweep::outcome::Outcome;
+use powergs_study::sweep::run::results::CSV;
+use powergs_study::sweep::run::state;
 use powergs_study::sweep::run::{OpenedSweep, Results, StandIn, Sweep, SweepRequest, SweepWatch};
 use powergs_study::sweep::table::{Cell, Column, ColumnKind, FIRST, LAST, MODEL};
 
@@ -36,13 +44,21 @@ impl SweepWatch for Shared {
     }
 }
 
-/// What a sweep found: ``table`` has the rows of ``results.csv``, ``designs`` those of the means.
+/// What a sweep found, whatever it was made from: ``table`` has the rows of ``results.csv``,
+/// ``designs`` those of the means.
 #[pyclass(frozen, module = "powergs", name = "SweepResult")]
 pub struct SweepResult {
     results: Results,
     facts: SweepFacts,
     name: String,
+    /// The machine that designs differ from, with the machines of a list.
+    made_from: Option<(Py<Machine>, Listed)>,
+    /// Columns of functions, with which tables begin after the axes where tables are shown.
+    functions: Vec<String>,
 }
+
+/// The machines of a list by their number; `None` for a design that is no machine.
+type Listed = BTreeMap<u64, Option<Py<Machine>>>;
 
 /// The best designs of a sweep, the best in the first objective first.
 #[pyclass(frozen, module = "powergs", name = "Front")]
@@ -78,27 +94,30 @@ impl Front {
         &self.text
     }
 
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err("a front is not pickled: pickle its table, and save its charts"))
+    }
+
     fn _repr_html_(&self) -> &str {
         &self.html
     }
 }
 
-/// The unit and the definition of a column of results.
-fn known(name: &str) -> (&'static str, String) {
+/// The unit and the definition of a column of results that is no axis.
+pub fn known(name: &str) -> Option<(&'static str, String)> {
     if let Some((.., definition)) = FIRST.iter().find(|(first, ..)| *first == name) {
-        return ("", (*definition).to_owned());
+        return Some(("", (*definition).to_owned()));
     }
     if let Some((_, unit, definition)) = LAST.iter().find(|(last, ..)| *last == name) {
-        return (unit, (*definition).to_owned());
+        return Some((unit, (*definition).to_owned()));
     }
-    match metrics().iter().find(|metric| metric.name == name) {
-        Some(metric) => (metric.unit, metric.definition.clone()),
-        None => ("", format!("Axis: the value of `{name}`.")),
-    }
+    let metric = metrics().iter().find(|metric| metric.name == name);
+    metric.map(|metric| (metric.unit, metric.definition.clone()))
 }
 
 fn column(column: &Column, cells: &[&Cell]) -> Given {
-    let (unit, definition) = known(&column.name);
+    let axis = || ("", format!("Axis: the value of `{}`.", column.name));
+    let (unit, definition) = known(&column.name).unwrap_or_else(axis);
     let (name, definition) = (column.name.as_str(), definition.as_str());
     match column.kind {
         ColumnKind::Text => Given::text(
@@ -157,6 +176,65 @@ fn unanswered(error: AnalysisError) -> Fault {
 
 #[pymethods]
 impl SweepResult {
+    /// A finished sweep in a folder: of the program, or a ``store`` that is complete.
+    ///
+    /// Raises ``InputError`` where there is none, or it is unfinished.
+    #[staticmethod]
+    #[pyo3(signature = (folder, /))]
+    fn open(folder: &Bound<'_, PyAny>) -> PyResult<SweepResult> {
+        let folder = PathBuf::from(path_text(folder)?);
+        let path = folder.join(CSV);
+        let place = path.display().to_string();
+        let file = File::open(&path).map_err(|e| match folder.join(state::FILE).exists() {
+            true => {
+                let what = "the sweep in it is unfinished: call the same sweep with this store, or \
+                            the program with --resume";
+                Fault::in_file(Class::Input, folder.display(), what)
+            }
+            false => RunError::input(&place, e).into(),
+        });
+        let results = Results::read(BufReader::new(file?));
+        let results = results.map_err(|e| Fault::in_file(Class::Input, &place, e))?;
+        let facts = SweepFacts::read(&FileStore::new(&folder)).map_err(Fault::from)?;
+        let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(SweepResult { results, facts, name, made_from: None, functions: Vec::new() })
+    }
+
+    /// The machine of a design by its number in ``point``; without one the base. Raises
+    /// ``ConfigError`` for a sweep of a file or a folder: ``powergs.commands.sweep_show`` has it.
+    #[pyo3(signature = (point=None))]
+    fn machine(&self, py: Python<'_>, point: Option<u64>) -> PyResult<Py<Machine>> {
+        let Some((base, machines)) = &self.made_from else {
+            let what =
+                "machines of a sweep file: powergs.commands.sweep_show(FOLDER, ID, toml=True)";
+            return Err(Fault::config(what).raise());
+        };
+        let Some(point) = point else { return Ok(base.clone_ref(py)) };
+        let none = || PyKeyError::new_err(format!("no design #{point} in this sweep"));
+        if !machines.is_empty() {
+            let invalid = || Fault::config(format!("design #{point} is no machine")).raise();
+            return match machines.get(&point).ok_or_else(none)? {
+                Some(machine) => Ok(machine.clone_ref(py)),
+                None => Err(invalid()),
+            };
+        }
+        let own = Cell::Integer(i64::try_from(point).unwrap_or(-1));
+        let row = self.results.means().find(|row| row[0] == own).ok_or_else(none)?;
+        let axes = self.results.columns.iter().zip(row).skip(FIRST.len());
+        let axes = axes.take_while(|(column, _)| column.name != "frames");
+        let mut changes = Vec::new();
+        for (column, cell) in axes.filter(|(_, cell)| **cell != Cell::Empty) {
+            // Behind a measure stands the same as a number.
+            if column.name.ends_with(".si") {
+                continue;
+            }
+            let written = format!("{}={}", column.name, cell.text());
+            changes.push(written.parse::<Change>().map_err(Fault::config)?);
+        }
+        let system = base.get().changed(&changes)?;
+        Py::new(py, base.get().of(system))
+    }
+
     /// Every row of ``results.csv``: per design, energy table and trace, and the ``mean`` and the
     /// ``worst`` over the traces (column ``scope``); the base machine first.
     #[getter]
@@ -260,12 +338,43 @@ impl SweepResult {
         )
     }
 
+    fn __iter__(slf: PyRef<'_, Self>) -> PyResult<Bound<'_, PyAny>> {
+        let py = slf.py();
+        Bound::new(py, slf.designs()?)?.into_any().try_iter().map(|rows| rows.into_any())
+    }
+
     fn _repr_html_(&self) -> PyResult<String> {
-        self.designs()?.html()
+        Table::new(self.shown())?.html()
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let what = "a sweep is not pickled: keep it with store=, and open that with \
+                    SweepResult.open; or pickle its table";
+        Err(PyTypeError::new_err(what))
     }
 }
 
+/// Metrics of the short view of a sweep.
+const SHOWN: [&str; 6] =
+    ["status", "frame_time_ms.mean", "power_w.mean", "energy_pj.mean", "area_mm2", "dram_model"];
+
 impl SweepResult {
+    /// What a person looks at first: the number, the axes, the functions and the usual metrics.
+    fn shown(&self) -> Vec<Given> {
+        let all = &self.results.columns;
+        let frames = all.iter().position(|column| column.name == "frames").unwrap_or(FIRST.len());
+        let by_name = |name: &str| all.iter().position(|column| column.name == name);
+        let own = self.functions.iter().filter_map(|name| by_name(name));
+        let usual = SHOWN.iter().filter_map(|name| by_name(name));
+        let places = [0].into_iter().chain(FIRST.len()..frames).chain(own).chain(usual);
+        let rows: Vec<&Vec<Cell>> = self.results.means().collect();
+        let of = |i: usize| {
+            let cells: Vec<&Cell> = rows.iter().map(|row| &row[i]).collect();
+            column(&all[i], &cells)
+        };
+        places.map(of).collect()
+    }
+
     fn front(&self, py: Python<'_>, analysis: &Analysis<'_>) -> PyResult<Front> {
         let record = |row: u32| &self.results.rows[analysis.table.records[row as usize] as usize];
         let rows: Vec<&Vec<Cell>> = analysis.front.iter().map(|&row| record(row)).collect();
@@ -312,7 +421,11 @@ fn finished(
     sweep.allow(budget);
     let memory = usize::try_from(budget.0.0).unwrap_or(usize::MAX);
     let results = sweep.run(store, memory, shared)?;
-    Ok(SweepResult { results, facts: SweepFacts::of(sweep), name: sweep.name.clone() })
+    if results.is_complete {
+        results.keep(sweep, store)?;
+    }
+    let (facts, name) = (SweepFacts::of(sweep), sweep.name.clone());
+    Ok(SweepResult { results, facts, name, made_from: None, functions: Vec::new() })
 }
 
 /// A sweep file on traces.
@@ -363,7 +476,7 @@ pub fn _sweep_file(
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn _sweep_axes(
     py: Python<'_>,
-    base: &Machine,
+    base: Py<Machine>,
     axes: &Bound<'_, PyDict>,
     traces: Vec<Py<Trace>>,
     constraints: Option<Vec<String>>,
@@ -377,37 +490,117 @@ pub fn _sweep_axes(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<SweepResult> {
     let system = match dram {
-        Some(model) => base.changed(&[Change::machine("dram.model", model)])?,
-        None => (*base.system()).clone(),
+        Some(model) => base.get().changed(&[Change::machine("dram.model", model)])?,
+        None => (*base.get().system()).clone(),
     };
-    let mut sweep = Sweep::over(system).display_fps(value::display_rate(fps)?);
-    for (key, values) in axes.iter() {
-        let key: String = key.extract().map_err(|_| PyTypeError::new_err("axes are keys"))?;
-        let values = values.try_iter()?.map(|value| value::toml(&key, &value?));
-        let values = values.collect::<PyResult<Vec<toml::Value>>>()?;
-        sweep = sweep.axis(&key, values);
-    }
-    for text in constraints.iter().flatten() {
-        sweep = sweep.constraint(text);
-    }
+    let constraints = constraints.unwrap_or_default();
+    let mut sweep = over(system, axes, &constraints, sampling)?;
+    sweep = sweep.display_fps(value::display_rate(fps)?);
     for column in minimize.iter().flatten() {
         sweep = sweep.minimize(column);
     }
     for column in maximize.iter().flatten() {
         sweep = sweep.maximize(column);
     }
-    if let Some(sampling) = sampling {
-        sweep = sweep.sampling(self::sampling(sampling)?);
-    }
     let lists: Vec<_> = traces.iter().map(|t| t.get().frames()).collect::<PyResult<_>>()?;
     let store = store.map(path_text).transpose()?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
-    watch::run(py, progress, (Counts::Simulations, "frames on machines"), move |shared| {
-        let store = self::store(store, shared);
-        let lists = lists.into_iter().map(|list| Box::new(list) as Box<dyn Frames>);
-        let opened = sweep.open_on(lists);
-        let mut opened = opened.map_err(|e| Fault::from(e).without_lines())?;
-        finished(&mut opened, &*store, budget, shared)
+    let found =
+        watch::run(py, progress, (Counts::Simulations, "frames on machines"), move |shared| {
+            let store = self::store(store, shared);
+            let lists = lists.into_iter().map(|list| Box::new(list) as Box<dyn Frames>);
+            let opened = sweep.open_on(lists);
+            let mut opened = opened.map_err(|e| Fault::from(e).without_lines())?;
+            finished(&mut opened, &*store, budget, shared)
+        })?;
+    Ok(SweepResult { made_from: Some((base, BTreeMap::new())), ..found })
+}
+
+/// A machine that was replayed by itself.
+#[derive(FromPyObject)]
+pub struct Replayed<'py> {
+    /// Its number; `None` for the base.
+    point: Option<u64>,
+    /// Its settings, where they have names.
+    settings: Bound<'py, PyDict>,
+    /// The machine; `None` where there is none.
+    machine: Option<Py<Machine>>,
+    /// An outcome per trace (``Report._outcome``).
+    outcomes: Vec<String>,
+    /// Why there is no machine.
+    reason: String,
+    /// A value per function and trace.
+    values: Vec<Vec<Option<f64>>>,
+}
+
+/// The sweep of machines that were replayed one by one, the base first.
+#[pyfunction]
+pub fn _gathered(
+    py: Python<'_>,
+    designs: Vec<Replayed<'_>>,
+    traces: Vec<String>,
+    functions: Vec<String>,
+    fps: f64,
+) -> PyResult<SweepResult> {
+    let systems = designs.iter().map(|design| design.machine.as_ref().map(|m| m.get().system()));
+    let systems: Vec<Option<Arc<System>>> = systems.collect();
+    let own = |design: &Replayed<'_>| design.machine.as_ref().map(|m| m.clone_ref(py));
+    let base = designs.first().and_then(own);
+    let listed = designs.iter().filter_map(|design| Some((design.point?, own(design))));
+    let made_from = base.zip(Some(listed.collect()));
+    let ran: Vec<&System> = systems.iter().flatten().map(|system| &**system).collect();
+    let is_named = designs.iter().any(|design| !design.settings.is_empty());
+    let differences = if is_named { Vec::new() } else { differences(&ran) };
+    let mut differences = differences.into_iter();
+    let mut rows = Vec::new();
+    for (design, system) in designs.into_iter().zip(&systems) {
+        let Replayed { point, settings, outcomes, reason, values, .. } = design;
+        let mut own = Vec::new();
+        for (key, value) in &settings {
+            let key: String = key.extract()?;
+            own.push((key.clone(), value::toml(&key, &value)?));
+        }
+        let ran = match system {
+            Some(system) => {
+                own.extend(differences.next().into_iter().flatten());
+                let read = outcomes.iter().map(|text| serde_json::from_str(text));
+                let read = read.collect::<Result<Vec<Outcome>, _>>();
+                Ok((&**system, read.map_err(|e| Fault::new(Class::Input, e.to_string()))?))
+            }
+            None => Err(reason),
+        };
+        rows.push(GatheredDesign { point, settings: own, ran, values });
+    }
+    if rows.first().is_none_or(|base| base.ran.is_err()) {
+        return Err(Fault::config("no machine was replayed").raise());
+    }
+    let results = gathered(&rows, &traces, &functions);
+    let objectives = Objectives { minimize: functions.clone(), ..Objectives::default() };
+    let objectives = Some(objectives).filter(|_| !functions.is_empty());
+    let facts = SweepFacts { display_fps: Some(fps), traces, objectives, ..SweepFacts::default() };
+    Ok(SweepResult { results, facts, name: "machines".into(), made_from, functions })
+}
+
+/// A sweep over a machine.
+pub fn over(
+    system: System,
+    axes: &Bound<'_, PyDict>,
+    constraints: &[String],
+    sampling: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Sweep> {
+    let mut sweep = Sweep::over(system);
+    for (key, values) in axes.iter() {
+        let key: String = key.extract().map_err(|_| PyTypeError::new_err("axes are keys"))?;
+        let values = values.try_iter()?.map(|value| value::toml(&key, &value?));
+        let values = values.collect::<PyResult<Vec<toml::Value>>>()?;
+        sweep = sweep.axis(&key, values);
+    }
+    for text in constraints {
+        sweep = sweep.constraint(text);
+    }
+    Ok(match sampling {
+        Some(given) => sweep.sampling(self::sampling(given)?),
+        None => sweep,
     })
 }
 
@@ -422,6 +615,7 @@ fn sampling(given: &Bound<'_, PyDict>) -> PyResult<Sampling> {
 }
 
 /// Which of many designs no other beats, by their costs: smaller is better, NaN is never kept.
+/// ``Space`` uses it, whose values are whatever it was told.
 #[pyfunction]
 pub fn _front(designs: Vec<Vec<f64>>) -> PyResult<Vec<usize>> {
     let Some(first) = designs.first() else { return Ok(Vec::new()) };

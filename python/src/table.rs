@@ -8,9 +8,9 @@ use arrow_array::{
     UInt64Array,
 };
 use arrow_schema::{DataType, Field, Schema};
-use pyo3::exceptions::{PyIndexError, PyKeyError};
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyList};
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList, PySlice, PyString};
 use pyo3_arrow::ffi::{ArrayIterator, to_schema_pycapsule, to_stream_pycapsule};
 
 use crate::error::{Fault, defect};
@@ -231,9 +231,56 @@ impl Table {
         self.batch.num_rows()
     }
 
-    /// A column by name, as a list; missing values are ``None``.
-    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyList>> {
-        listed(py, self.batch.column(self.field(name)?))
+    /// A column by name, as a list; a row by its position, as a dictionary; some rows in a row, as
+    /// a table: ``table["area_mm2"]``, ``table[0]``, ``table[:5]``. Missing values are ``None``.
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        which: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if let Ok(name) = which.cast::<PyString>() {
+            return Ok(listed(py, self.batch.column(self.field(name.to_str()?)?))?.into_any());
+        }
+        if let Ok(slice) = which.cast::<PySlice>() {
+            let at = slice.indices(self.batch.num_rows() as isize)?;
+            if at.step != 1 {
+                let what = "rows in a row: table[2:5]; for others use pandas or polars";
+                return Err(PyValueError::new_err(what));
+            }
+            let batch = self.batch.slice(at.start as usize, at.slicelength);
+            return Ok(Bound::new(py, Table { batch })?.into_any());
+        }
+        let position = which.extract().map_err(|_| {
+            PyTypeError::new_err("a table has columns by name, and rows by position or as a slice")
+        })?;
+        Ok(self.row(py, position)?.into_any())
+    }
+
+    /// The rows, as dictionaries.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let rows = (0..self.batch.num_rows() as isize).map(|at| self.row(py, at));
+        PyList::new(py, rows.collect::<PyResult<Vec<_>>>()?)?.try_iter()
+    }
+
+    /// The first rows.
+    #[pyo3(signature = (rows=5))]
+    fn head(&self, rows: usize) -> Table {
+        Table { batch: self.batch.slice(0, rows.min(self.batch.num_rows())) }
+    }
+
+    /// The table as a ``pandas.DataFrame``; needs pandas 3, or pyarrow beside an older one.
+    fn to_pandas<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let frame = py.import("pandas")?.getattr("DataFrame")?;
+        match frame.hasattr("from_arrow")? {
+            true => frame.call_method1("from_arrow", (slf,)),
+            false => py.import("pyarrow")?.call_method1("table", (slf,))?.call_method0("to_pandas"),
+        }
+    }
+
+    /// The table as a ``polars.DataFrame``.
+    fn to_polars<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
     }
 
     fn __contains__(&self, name: &str) -> bool {

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use numpy::PyArray1;
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PySlice, PyString};
+use pyo3::types::{PyDict, PySlice, PyString};
 
+use crate::arrays::array;
 use crate::error::{Fault, closed};
 use crate::frames::SharedFrames;
 use crate::machine::{DISPLAY, Machine, path_text};
@@ -19,6 +21,7 @@ use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, Frames, PaperModel, System, TraceFile};
 use powergs_core::workload::paper::Padding;
 use powergs_frame::splat::Splat;
+use powergs_frame::trace::Frame;
 
 /// Frames of a scene, independent of any machine: made by ``Scene.extract`` or the command
 /// ``powergs-sim extract``.
@@ -40,6 +43,19 @@ impl Trace {
     /// The frames, where they can be read.
     pub fn frames(&self) -> PyResult<SharedFrames> {
         if self.frames.is_open() { Ok(self.frames.clone()) } else { Err(closed("trace")) }
+    }
+
+    /// The frame of a trace of one.
+    fn only(&self, py: Python<'_>) -> PyResult<Arc<Frame>> {
+        let mut frames = self.frames()?;
+        if frames.range().len() != 1 {
+            return Err(PyValueError::new_err("splats of one frame: trace[0].splats()"));
+        }
+        let work = move |_: &watch::Shared| {
+            let frame = frames.take(frames.range().start)?.get()?;
+            Ok::<_, Fault>(frame)
+        };
+        watch::run(py, None, (Counts::Steps, "frames"), work)
     }
 
     /// The file; `None` for frames in memory.
@@ -181,15 +197,7 @@ impl Trace {
     /// The visible splats of one frame in depth order, as ``powergs-sim trace dump`` writes them:
     /// ``trace[3].splats()``.
     fn splats(&self, py: Python<'_>) -> PyResult<Table> {
-        let mut frames = self.frames()?;
-        if frames.range().len() != 1 {
-            return Err(PyValueError::new_err("splats of one frame: trace[0].splats()"));
-        }
-        let work = move |_: &watch::Shared| {
-            let frame = frames.take(frames.range().start)?.get()?;
-            Ok::<_, Fault>(frame)
-        };
-        let frame = watch::run(py, None, (Counts::Steps, "frames"), work)?;
+        let frame = self.only(py)?;
         let number = |name: &str, means: &str, of: fn(usize, &Splat) -> u64| {
             let all = frame.splats.iter().enumerate().map(|(rank, splat)| Some(of(rank, splat)));
             Column::count(name, "", means, all)
@@ -209,6 +217,29 @@ impl Trace {
             real("cov_yy_px2", "px²", "Covariance, low-pass included.", |s| s.cov[2]),
             real("opacity", "", "Opacity, 0 to 1.", |s| s.opacity),
         ])
+    }
+
+    /// The visible splats of one frame in depth order as arrays: ``trace[3].to_arrays()``.
+    ///
+    /// ``indices`` (N,) in the scene, uint32; ``depths`` (N,) in world units; ``means`` (N, 2) in
+    /// pixels, whose centres are whole numbers; ``covariances`` (N, 3), xx, xy and yy in pixels²,
+    /// low-pass included; ``opacities`` (N,): float32.
+    fn to_arrays<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let frame = self.only(py)?;
+        let splats = &frame.splats;
+        let count = splats.len();
+        let all = PyDict::new(py);
+        let indices: Vec<u32> = splats.iter().map(|s| s.index).collect();
+        all.set_item("indices", PyArray1::from_vec(py, indices))?;
+        let depths = splats.iter().map(|s| s.depth).collect();
+        all.set_item("depths", array(py, depths, &[count])?)?;
+        let means = splats.iter().flat_map(|s| s.mean).collect();
+        all.set_item("means", array(py, means, &[count, 2])?)?;
+        let covariances = splats.iter().flat_map(|s| s.cov).collect();
+        all.set_item("covariances", array(py, covariances, &[count, 3])?)?;
+        let opacities = splats.iter().map(|s| s.opacity).collect();
+        all.set_item("opacities", array(py, opacities, &[count])?)?;
+        Ok(all)
     }
 
     /// Runs the frames on a machine.

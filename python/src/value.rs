@@ -36,6 +36,21 @@ pub fn toml(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     }
 }
 
+/// A table of a file: keys with values, or with tables.
+pub fn table(keys: &Bound<'_, PyDict>) -> PyResult<toml::Table> {
+    let mut table = toml::Table::new();
+    for (key, value) in keys {
+        let key = key.cast::<PyString>();
+        let key = key.map_err(|_| PyTypeError::new_err("keys are texts such as \"vru\""))?;
+        let value = match value.cast::<PyDict>() {
+            Ok(inner) => Value::Table(self::table(inner)?),
+            Err(_) => toml(key.to_str()?, &value)?,
+        };
+        table.insert(key.to_str()?.to_owned(), value);
+    }
+    Ok(table)
+}
+
 /// Changes of keys: a dictionary of dotted names, and names with `__` for the dots.
 pub fn changes(
     keys: Option<&Bound<'_, PyDict>>,

@@ -142,16 +142,23 @@ def test_functions_as_objectives(demo) -> None:
     trace = powergs.Trace.open(demo)
     edp = {"edp": lambda r: r.energy_pj * 1e-12 * r.frame_time_ms * 1e-3}
     found = powergs.sweep(AXES, trace, objectives=edp)
-    assert len(found) == 6
-    for machine, cores, value in zip(found.machines, found.table["vru.cores"], found.table["edp"]):
-        assert machine["vru.cores"] == cores
+    assert len(found) == 7 and found.tally["ok"] == 6
+    for row in found:
+        machine = found.machine(row["point"])
+        assert machine["vru.cores"] == row["vru.cores"]
         report = trace.replay(machine)
-        assert value == report.energy_pj * 1e-12 * report.frame_time_ms * 1e-3
+        assert row["edp"] == report.energy_pj * 1e-12 * report.frame_time_ms * 1e-3
+        assert row["frame_time_ms.mean"] == pytest.approx(report.frame_time_ms, rel=1e-14)
+    # The columns of a sweep without functions, with the same numbers, and the function.
+    plain = powergs.sweep(AXES, trace)
+    assert found.table.columns == [*plain.table.columns, "edp"]
+    for name in set(plain.table.columns) - {"id"}:
+        assert found.table[name] == plain.table[name], name
     best = found.pareto()
-    assert best["edp"] == [min(found.table["edp"])]
-    front = found.pareto(minimize=["area_mm2"], maximize=["throughput_fps"])
-    assert front["area_mm2"] == sorted(front["area_mm2"])
-    assert front["throughput_fps"] == sorted(front["throughput_fps"])
+    assert best.table["edp"] == [min(found.designs["edp"])]
+    front = found.pareto(minimize=["area_mm2"], maximize=["fps.mean"], where="edp < 1")
+    assert front.table["area_mm2"] == sorted(front.table["area_mm2"])
+    assert "edp" in found._repr_html_() and front.charts()
 
 
 def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
@@ -180,6 +187,7 @@ def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
     file = store / "designs.jsonl"
     whole = file.read_text().splitlines(keepends=True)
     assert len(whole) == 1 + 2
+    assert all(line.endswith("\n") for line in whole)
     file.write_text("".join(whole[:2]) + whole[2][: len(whole[2]) // 2])
     fresh = powergs.sweep(machines(), trace, objectives={"e": value(2.0)})
     again = powergs.sweep(machines(), trace, objectives={"e": value(2.0)}, store=store)
@@ -187,7 +195,7 @@ def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
     assert len(file.read_text().splitlines()) == 1 + 3
     powergs.sweep(machines(), trace, objectives={"e": value(2.0)}, store=store)
     powergs.sweep(AXES, trace, objectives={"e": value(2.0)}, store=store)
-    # Half of those have the CCUs of the base: they are known already.
+    # Half of those have the CCUs of the base: they are known already, and so is the base.
     assert len(file.read_text().splitlines()) == 1 + 3 + 3
     # Another function, other frames, another rate: not what was kept.
     other = powergs.sweep(machines(), trace, objectives={"e": value(3.0)}, store=store)
@@ -195,7 +203,7 @@ def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
     part = powergs.sweep(machines(), trace[:1], objectives={"e": value(2.0)}, store=store)
     assert part.table["e"] != fresh.table["e"]
     slower = powergs.sweep(machines(), trace, store=store, fps=30.0)
-    assert slower.table["power_w"] != fresh.table["power_w"]
+    assert slower.table["power_w.mean"] != fresh.table["power_w.mean"]
     # What a function encloses counts, and one that encloses itself has an end.
     weights = np.array([1.0, 2.0])
 
@@ -230,10 +238,75 @@ def test_machines_of_a_generator(trace, gscore) -> None:
     seen: list[tuple[int, int]] = []
     machines = (gscore.with_({"vru.cores": n}) for n in (2, 4))
     found = powergs.sweep(machines, trace, progress=lambda *at: seen.append(at))
-    assert found.table["frame_time_ms"] == [
-        trace.replay(gscore.with_({"vru.cores": n})).frame_time_ms for n in (2, 4)
+    assert found.designs["frame_time_ms.mean"] == [
+        trace.replay(gscore.with_({"vru.cores": n})).frame_time_ms for n in (2, 2, 4)
     ]
     assert seen == [(1, 1), (2, 2)]
+    # What differs says which is which; the first is what others are compared with.
+    assert found.designs["point"] == [None, 0, 1] and found.designs["vru.cores"] == [2, 2, 4]
+    assert found.machine(1) == gscore.with_({"vru.cores": 4}) and found.machine() == found.machine(0)
+    with pytest.raises(KeyError):
+        found.machine(2)
+
+
+def test_spaces_with_points_that_are_no_machines(trace) -> None:
+    # A feature buffer of this size has no banks for so many cores.
+    axes = {"buffers.feature.capacity": ["16 KiB", "64 KiB"], "vru.cores": [1, 4, 16]}
+    plain = powergs.sweep(axes, trace)
+    assert plain.tally["invalid"] > 0 and plain.tally["ok"] > 0
+    found = powergs.sweep(axes, trace, objectives={"ms": lambda r: r.frame_time_ms})
+    assert found.tally == plain.tally
+    assert found.table["reason"] == plain.table["reason"]
+    space = powergs.Space(axes)
+    invalid = 0
+    for capacity in axes["buffers.feature.capacity"]:
+        for cores in axes["vru.cores"]:
+            try:
+                space.ask({"buffers.feature.capacity": capacity, "vru.cores": cores})
+            except powergs.InvalidDesign:
+                invalid += 1
+    assert invalid == plain.tally["invalid"] and len(list(space)) == plain.tally["ok"]
+
+
+def test_spaces_of_constraints_samples_and_files(trace, demo, tmp_path) -> None:
+    ms = {"ms": lambda r: r.frame_time_ms}
+    few = powergs.sweep(AXES, trace, constraints=["vru.cores > ccu.units"], objectives=ms)
+    assert few.tally["ok"] == 3
+    space = powergs.Space(AXES, constraints=["vru.cores > ccu.units"])
+    with pytest.raises(powergs.InvalidDesign, match="does not hold"):
+        space.ask({"vru.cores": 2, "ccu.units": 4})
+    sampling = {"method": "random", "points": 4, "seed": 3}
+    some = powergs.sweep(AXES, trace, sampling=sampling, objectives=ms)
+    assert some.designs["point"] == powergs.sweep(AXES, trace, sampling=sampling).designs["point"]
+    file = tmp_path / "units.toml"
+    file.write_text(FILE)
+    of_file = powergs.sweep(file, demo, objectives=ms)
+    assert of_file.designs["ms"] == pytest.approx(of_file.designs["frame_time_ms.mean"], rel=1e-14)
+    assert of_file.designs["frame_time_ms.mean"] == powergs.sweep(file, demo).designs[
+        "frame_time_ms.mean"
+    ]
+    asked = powergs.Space(file)
+    assert asked.axes == AXES and asked.ask([1.0, 1.0]).machine["vru.cores"] == 8
+
+
+def test_a_finished_store_opens(trace, demo, tmp_path, run) -> None:
+    kept = powergs.sweep(AXES, trace, store=tmp_path / "ours")
+    opened = powergs.SweepResult.open(tmp_path / "ours")
+    assert opened.table.to_dict() == kept.table.to_dict() and opened.tally == kept.tally
+    wanted = {"minimize": ["frame_time_ms.mean", "area_mm2"]}
+    assert opened.pareto(**wanted).table["point"] == kept.pareto(**wanted).table["point"]
+    file = tmp_path / "units.toml"
+    file.write_text(FILE)
+    run("sweep", file, "--traces", demo, "--out", tmp_path / "its", "--quiet")
+    its = powergs.SweepResult.open(tmp_path / "its")
+    assert its.table["frame_time_ms.mean"] == kept.table["frame_time_ms.mean"]
+    with pytest.raises(powergs.ConfigError, match="sweep_show"):
+        its.machine(0)
+    with pytest.raises(FileNotFoundError):
+        powergs.SweepResult.open(tmp_path)
+    (tmp_path / "its" / "results.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(powergs.InputError, match="point"):
+        powergs.SweepResult.open(tmp_path / "its")
 
 
 def test_ask_and_tell(trace) -> None:
@@ -251,7 +324,7 @@ def test_ask_and_tell(trace) -> None:
     front = space.pareto()
     assert front["ms"] == sorted(front["ms"])
     again = powergs.sweep(AXES, trace, objectives={"ms": lambda r: r.frame_time_ms})
-    assert space.table["ms"] == again.table["ms"]
+    assert space.table["ms"] == again.designs["ms"][1:]
     for _ in range(5):
         space.ask()
     with pytest.raises(StopIteration):
@@ -262,7 +335,7 @@ def test_spaces_and_settings_that_are_wrong(trace) -> None:
     for axes in [{}, {"vru.cores": []}]:
         with pytest.raises(powergs.ConfigError):
             powergs.Space(axes)
-    with pytest.raises(powergs.ConfigError, match="did you mean `cores`"):
+    with pytest.raises(powergs.ConfigError, match="did you mean `(vru.)?cores`"):
         powergs.Space({"vru.coers": [1]})
     with pytest.raises(powergs.ConfigError):
         powergs.Space({"vru.cores": [0]})

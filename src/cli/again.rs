@@ -9,7 +9,7 @@ use clap::Parser;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{Cli, Command, Context, Exit, Failure, OrExit, out};
+use super::{Cli, Command, Context, Exit, Failure, OrExit, invocation, out};
 use powergs_report::document::{Cell, Column, Document, Table};
 use powergs_report::format::{percent, significant};
 
@@ -113,9 +113,9 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
     if !context.global.quiet {
         out::complain(format_args!("again: powergs-sim {}", words.join(" ")));
     }
-    let program = std::env::current_exe().or_exit(Exit::Internal, "this program")?;
+    let program = invocation::program().or_exit(Exit::Internal, "this program")?;
     let mut process = Process::new(program);
-    process.args(&words).arg("--quiet").current_dir(&place);
+    process.args(&words).current_dir(&place);
     let status = process.status().or_exit(Exit::Internal, "this program")?;
     if context.is_cancelled() {
         return Ok(Exit::Interrupted);
@@ -155,10 +155,17 @@ fn words(folder: &Path, command: &[String], fresh: &Path) -> Result<Vec<String>,
             "--out" | "-o" => drop(old.next()),
             "--force" | "--resume" | "--json" | "--quiet" | "-q" => {}
             word if word.starts_with("--out=") => {}
+            // What follows are files, whatever they are called.
+            "--" => break,
             word => words.push(word.to_owned()),
         }
     }
-    words.extend(["--out".to_owned(), fresh.display().to_string()]);
+    words.extend(["--quiet".to_owned(), "--out".to_owned(), fresh.display().to_string()]);
+    let files: Vec<String> = old.cloned().collect();
+    if !files.is_empty() {
+        words.push("--".to_owned());
+        words.extend(files);
+    }
     let line = || format!("{}: powergs-sim {}", folder.display(), words.join(" "));
     let whole = ["powergs-sim"].into_iter().chain(words.iter().map(String::as_str));
     let cli = Cli::try_parse_from(whole).map_err(|why| {

@@ -1,12 +1,44 @@
 //! `invocation.toml`: what was typed, where and when. Kept apart from everything else, so that the
 //! rest of a report does not depend on it.
 
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::OnceLock;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use powergs_base::build::Build;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::trace::VERSION;
 use toml::Table;
+
+/// What was typed, where it is not what this process was started with.
+static TYPED: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Says what was typed, once: the program lives in a process that was started with something else.
+pub fn typed(words: Vec<OsString>) {
+    let _ = TYPED.set(words);
+}
+
+/// The words of the command, the program first.
+pub fn words() -> Vec<OsString> {
+    TYPED.get().cloned().unwrap_or_else(|| std::env::args_os().collect())
+}
+
+/// The words of the command as people read them.
+pub fn shown_words() -> Vec<String> {
+    words().iter().map(|word| word.to_string_lossy().into_owned()).collect()
+}
+
+/// The file that starts this program.
+///
+/// # Errors
+/// What the system says.
+pub fn program() -> std::io::Result<PathBuf> {
+    match TYPED.get().and_then(|words| words.first()) {
+        Some(program) => std::path::absolute(program),
+        None => std::env::current_exe(),
+    }
+}
 
 /// When a command began.
 #[derive(Debug, Clone, Copy)]
@@ -21,9 +53,7 @@ impl Started {
     /// The file, at the end of the command.
     pub fn invocation_toml(self) -> String {
         let mut table = Table::new();
-        let words: Vec<String> =
-            std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
-        table.insert("command".into(), words.into());
+        table.insert("command".into(), shown_words().into());
         let folder = std::env::current_dir().unwrap_or_default();
         table.insert("working-folder".into(), folder.to_string_lossy().into_owned().into());
         table.insert("started".into(), utc(self.0).into());

@@ -10,7 +10,7 @@ use super::chart_args::ChartArgs;
 use super::compare::watts;
 use super::output_file::Overwrite;
 use super::sweep::confirm::{self, SweepConfirm};
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, invocation, out};
 use folder::{FinishedSweep, Sources};
 use powergs_base::quantity::Watts;
 use powergs_core::run::store::atomic::write_atomically;
@@ -131,9 +131,9 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub fn run(args: &ParetoArgs, context: &Context) -> Result<Exit, Failure> {
-    let typed: Vec<String> =
-        std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
-    let Some(answer) = answer(args, &typed, context)? else { return Ok(Exit::Interrupted) };
+    let Some(answer) = answer(args, &invocation::shown_words(), context)? else {
+        return Ok(Exit::Interrupted);
+    };
     if context.global.json {
         out::json(&answer.json)?;
     } else if !context.global.quiet {

@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, invocation, out};
 use follow::{End, Follower};
 use job::Job;
 use powergs_base::config::document::TEXT_MAX;
@@ -117,7 +117,7 @@ fn script_of<P: SlurmParts>(
     request: &Request<'_>,
     settings: &Settings,
 ) -> Result<Vec<u8>, Failure> {
-    let program = std::env::current_exe().or_exit(Exit::Usage, "the path of this program")?;
+    let program = invocation::program().or_exit(Exit::Usage, "the path of this program")?;
     let folder = std::env::current_dir().or_exit(Exit::Usage, "the working folder")?;
     let finish = parts.finish(request.out);
     fn bytes(words: &[OsString]) -> Vec<&[u8]> {
@@ -143,7 +143,7 @@ pub fn flag(name: &str, value: impl Into<OsString>) -> OsString {
 
 /// Says how to come back, and how to cancel.
 fn leave(job: &Job) {
-    let mut words: Vec<OsString> = std::env::args_os().collect();
+    let mut words = invocation::words();
     if !words.iter().any(|word| word == "--resume") {
         words.push("--resume".into());
     }

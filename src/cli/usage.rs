@@ -6,12 +6,12 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory, Error, FromArgMatches};
 
-use super::Cli;
+use super::{Cli, invocation};
 
 /// The arguments of this process. On a mistake the message is printed and the process ends with
 /// exit code 2, after `--help` and `--version` with 0.
 pub fn parse<C: CommandFactory + FromArgMatches>() -> C {
-    let matches = negatives(C::command()).try_get_matches();
+    let matches = negatives(C::command()).try_get_matches_from(invocation::words());
     let parsed = matches.and_then(|matches| C::from_arg_matches(&matches));
     parsed.unwrap_or_else(|error| complain(&error))
 }
@@ -51,7 +51,7 @@ pub fn message(error: &Error, coloured: bool) -> String {
 
 /// A file that the parser took for an option because its name begins with a dash.
 fn dashed_file() -> Option<String> {
-    let files = std::env::args().skip(1).take_while(|word| word != "--");
+    let files = invocation::shown_words().into_iter().skip(1).take_while(|word| word != "--");
     let mut files = files.filter(|word| word.starts_with('-') && Path::new(word).is_file());
     files.next()
 }

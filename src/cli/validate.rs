@@ -23,9 +23,9 @@ use powergs_views::rendered;
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim validate
-  powergs-sim validate --quick --check docs/validation.md
+  powergs-sim validate --quick --check evidence/validation.md
   powergs-sim validate --only lego,area
-  powergs-sim validate --force --write docs/validation.md
+  powergs-sim validate --force --write evidence/validation.md
   powergs-sim validate --rows mine --only my-chip --json
   powergs-sim validate --scenes traces/
 
@@ -53,7 +53,7 @@ pub struct ValidateArgs {
     /// Measure shares and ratios on the traces (*.bin) of this folder instead of the workloads
     #[arg(long, value_name = "DIR", conflicts_with_all = ["write", "bless", "check", "quick"])]
     scenes: Option<PathBuf>,
-    /// Write the page (docs/validation.md) to this file
+    /// Write the page (evidence/validation.md) to this file
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
     /// Compare with this page: its model version, and every row that was measured

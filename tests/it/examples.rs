@@ -26,7 +26,13 @@ fn every_example_runs() {
         let arguments = if name == "own_flow" { &replay[..] } else { &[] };
         let home = tempfile::tempdir().expect("a folder");
         let out = ["--out".to_owned(), home.path().join("report").display().to_string()];
-        let out = if name == "own_flow" { &out[..] } else { &[] };
+        // The site checks every link of the pages.
+        let site = [home.path().join("site").display().to_string()];
+        let out = match name.as_str() {
+            "own_flow" => &out[..],
+            "site" => &site[..],
+            _ => &[],
+        };
         let mut command = Command::new(&program);
         command.current_dir(root).args(arguments).args(out);
         let run = command.assert().success();

@@ -290,13 +290,11 @@ fn times(text: &str, words: &str) -> usize {
 fn words_to_avoid_become_fewer() {
     let read = |name: &str| fs::read_to_string(root().join(name)).expect("a page");
     let vocabulary = read("docs/words.md").to_lowercase();
-    let pages = fs::read_dir(root().join("docs")).expect("pages").map(|e| e.expect("one").path());
-    let pages = pages.filter(|path| path.extension().is_some_and(|end| end == "md"));
-    let pages = pages.filter(|path| !path.ends_with("words.md"));
+    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "arch-configs/README.md"];
+    let pages = powergs_testkit::docs::pages(root(), &others).into_iter();
+    let pages = pages.filter(|path| !path.ends_with("words.md") && !path.ends_with("claims.md"));
     let mut texts: Vec<String> =
         pages.map(|path| fs::read_to_string(path).expect("a page")).collect();
-    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "arch-configs/README.md"];
-    texts.extend(others.map(read));
     let is_shipped = |s: &&Source| s.is_library() || s.path.starts_with("src");
     texts.extend(sources().iter().filter(is_shipped).map(|s| s.text.clone()));
     texts.iter_mut().for_each(|text| *text = text.to_lowercase());

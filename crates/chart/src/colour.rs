@@ -58,6 +58,31 @@ impl Colour {
         if 0.299 * r + 0.587 * g + 0.114 * b > 125.0 { Colour::INK } else { Colour::PAPER }
     }
 
+    /// The outline of a mark of this colour that stands out from the page three to one, as WCAG 2.1
+    /// asks of graphics; `None` where the colour itself does.
+    pub(crate) fn edge(self) -> Option<Colour> {
+        const CONTRAST: f64 = 3.0;
+        let on_paper = |colour: Colour| 1.05 / (colour.luminance() + 0.05);
+        let darker = |share: f64| {
+            let Colour(r, g, b) = self;
+            let [r, g, b] = [r, g, b].map(|part| (f64::from(part) * share).round() as u8);
+            Colour(r, g, b)
+        };
+        let mut steps = (0..20).map(|step| darker(1.0 - 0.05 * f64::from(step)));
+        let edge = steps.find(|colour| on_paper(*colour) >= CONTRAST)?;
+        (edge != self).then_some(edge)
+    }
+
+    /// Relative luminance, 0 to 1 (WCAG 2.1).
+    fn luminance(self) -> f64 {
+        let Colour(r, g, b) = self;
+        let linear = |part: u8| {
+            let part = f64::from(part) / 255.0;
+            if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b)
+    }
+
     /// The colour at a share from 0 to 1 of a scale from dark to light in equal steps of
     /// brightness, for any colour vision (viridis).
     pub fn at(share: f64) -> Colour {

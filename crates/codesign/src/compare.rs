@@ -290,6 +290,7 @@ fn first_confirmed<E>(
     let mut nothing = Nothing { pairs: ranked.len(), ..Nothing::default() };
     let mut found: Vec<Found> = Vec::new();
     for some in ranked[..ranked.len().min(CONFIRMED_MOST)].chunks(CONFIRMED) {
+        // Ways share pairs, and each is simulated once.
         let new: Vec<Pair> = some.iter().map(|s| s.0).filter(|p| !known.contains_key(p)).collect();
         if !new.is_empty() {
             let Some(prices) = confirm(&new)? else { return Ok(None) };
@@ -304,7 +305,14 @@ fn first_confirmed<E>(
                 None => found.push(Found { pair, calibrated, confirmed }),
                 Some(limit) => {
                     *nothing.limits.entry(limit).or_default() += 1;
-                    nothing.nearest.get_or_insert_with(|| Box::new((pair, confirmed)));
+                    let share = market.budget.share(&confirmed);
+                    if nothing
+                        .nearest
+                        .as_ref()
+                        .is_none_or(|near| share < market.budget.share(&near.1))
+                    {
+                        nothing.nearest = Some(Box::new((pair, confirmed)));
+                    }
                 }
             }
         }
@@ -336,6 +344,7 @@ pub fn front(market: &Market<'_>) -> Vec<Pair> {
     let deadline = market.budget.frame_ms;
     let priced = market.pairs().filter_map(|pair| Some((pair, market.price(pair)?)));
     let mut all: Vec<(Pair, Price)> = priced.filter(|(_, p)| p.frame_ms <= deadline).collect();
+    // Least watts first: what comes later can be beaten only by what is there already.
     all.sort_by(order);
     let mut front: Vec<(Pair, Price)> = Vec::new();
     for (pair, price) in all {

@@ -127,6 +127,7 @@ impl<'a> Fitter<'a> {
         };
         let (scene, done, lambda) = tuned;
         let facts = self.facts(&scene, done, lambda);
+        // Facts are written last: where they are found the parameters are whole.
         checkpoints.save_scene(JOB, &scene)?;
         let bytes = postcard::to_stdvec(&facts).map_err(|e| RunError::Internal(e.to_string()))?;
         part.write(FACTS, &bytes)?;
@@ -195,9 +196,11 @@ impl<'a> Fitter<'a> {
             let iteration = tuner.step().map_err(failed)?;
             self.campaign.references.images().check()?;
             watch.iteration(point, &iteration);
+            // Iterations of an extension were not announced.
             watch.advanced(u64::from(iteration.iteration < iterations));
         }
         let done = tuner.state().iteration;
+        // It may have settled early.
         watch.advanced(u64::from(iterations.saturating_sub(done)));
         let (model, check, _) = tuner.finish();
         Ok(Some((model.scene, done, check.map(|check| check.lambda))))

@@ -35,6 +35,7 @@ pub fn better(trials: &[Trial], most: usize) -> Vec<bool> {
     for level in levels.values() {
         let (mut near, mut cheap) = (Vec::new(), level.clone());
         cheap.sort_by(|&a, &b| trials[a].watts.total_cmp(&trials[b].watts));
+        // Sorted by watts already: a stable sort leaves equal qualities in that order.
         near.clone_from(&cheap);
         near.sort_by(|&a, &b| trials[b].margin_db.total_cmp(&trials[a].margin_db));
         for i in near.into_iter().zip(cheap).flat_map(|(near, cheap)| [near, cheap]) {

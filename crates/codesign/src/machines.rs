@@ -127,6 +127,7 @@ impl Machines {
             set(BANKS, i64::try_from(banks).unwrap_or(i64::MAX).into());
         }
         if record.codebook.is_none() && self.has_codebooks {
+            // The axes stay and count nowhere, so that points have the same numbers for all models.
             file.has_common_axes = true;
             for axis in &mut file.axes {
                 if axis_keys(axis).iter().all(|key| key.starts_with(CODEBOOK)) {
@@ -285,6 +286,7 @@ fn machine_lines(text: &str, base: &str) -> String {
     }
     let missing =
         [(!asks).then_some(question), (!names_base).then(|| format!("base = \"{base}\""))];
+    // Into the empty lines above, so that no other line moves.
     let first = lines.iter().position(|line| !line.is_empty()).unwrap_or(0);
     let free = lines[..first].iter_mut().rev();
     free.zip(missing.into_iter().flatten()).for_each(|(line, key)| *line = key);

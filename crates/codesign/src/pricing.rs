@@ -178,6 +178,7 @@ impl Pricer<'_> {
         let is_wanted = |design: &u32| {
             points.is_none_or(|points| points.contains(&plan.designs[*design as usize].point))
         };
+        // A plan always has the base machine, wanted or not.
         let mut machines = plan.machines(Shard::WHOLE);
         machines.iter_mut().for_each(|machine| machine.retain(is_wanted));
         machines.retain(|machine| !machine.is_empty());
@@ -263,6 +264,7 @@ impl Row {
         for (machine, prices) in found {
             let whole =
                 |[all, first, second]: [Option<Price>; SCOPES]| Some([all?, first?, second?]);
+            // What one table refused stays refused: `or_insert` leaves the reason.
             if let Some(prices) = prices.into_iter().map(whole).collect() {
                 self.pairs.entry(machine).or_insert(Fate::Priced(prices));
             }

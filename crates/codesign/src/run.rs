@@ -209,6 +209,7 @@ impl Codesign {
             origin: origin.to_owned(),
             memory: MEMORY,
         };
+        // First, because a table that is there by default must not refuse the space.
         codesign.leave_out_tables();
         // What is wrong with the axes, and what a record has no price for, is said before anything
         // is trained.
@@ -233,7 +234,7 @@ impl Codesign {
         let space = self.designs(&self.models[0], DramModel::Calibrated)?.space;
         let sampling = space.sampling();
         let all = match sampling.method {
-            Method::Nsga2 => u64::from(sampling.population) * u64::from(sampling.generations),
+            Method::Nsga2 => sampling.searched(),
             Method::Grid | Method::Random | Method::Lhs | Method::Sobol => space.lattice().points(),
         };
         let points = all.min(space.lattice().points()).min(sampling.points.unwrap_or(u64::MAX));
@@ -244,6 +245,7 @@ impl Codesign {
     fn records_have_designs(&self, machines: &Machines) -> Result<(), RunError> {
         let mut records = Vec::new();
         for model in &self.models {
+            // Ratios of pruning do not reach the machine: one model of each record is enough.
             let record = (model.sh_degree, model.formats, model.is_dense);
             if records.contains(&record) {
                 continue;
@@ -340,6 +342,7 @@ impl Codesign {
             let passed = Finished::passed(&models);
             let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
             let best = (0..models.len()).flat_map(|model| market.best(model, BEST));
+            // With the base machine, which (b) and (d) start from.
             let best: BTreeSet<MachinePoint> = best.chain([None]).collect();
             let machines: Vec<MachinePoint> = best.into_iter().collect();
             for (row, model) in rows.iter_mut().zip(&models) {
@@ -356,6 +359,7 @@ impl Codesign {
             let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
             let compared = self.compared(&market, (&fitter, &models, &pricer), watch)?;
             let Some((comparisons, joint)) = compared else { return Ok(None) };
+            // Only now is it known what became of the model of the round before.
             if let Some(round) = rounds.last_mut() {
                 (round.pair, round.watts) = (joint.pair, joint.confirmed.total_w);
             }
@@ -365,6 +369,8 @@ impl Codesign {
             };
             let Some(model) = fitter.fit(&point, self.iterations, watch)? else { return Ok(None) };
             watch.fitted(&model);
+            // On the machines of the others: an adaptive search would take machines of its own for
+            // it.
             let priced = self.row(&fitter, &pricer, &model, common, watch)?;
             let Some(row) = priced else { return Ok(None) };
             rounds.push(Round { rho: point.rho, pair: joint.pair, watts: f64::NAN });
@@ -453,6 +459,7 @@ impl Codesign {
         machines: Option<&[MachinePoint]>,
         watch: &dyn CodesignWatch,
     ) -> Result<Option<Row>, RunError> {
+        // It can win nothing, and simulating its machines is what takes time.
         if !model.point.is_dense && !model.facts.passed {
             return Ok(Some(Row::default()));
         }
@@ -509,6 +516,8 @@ impl Codesign {
                     Fate::Refused(_) => f64::INFINITY,
                 };
                 let watts = row.pairs.values().map(watts).fold(f64::INFINITY, f64::min);
+                // Quality beyond the target is worth nothing: among models that reach it watts
+                // alone decide.
                 trials.push(Trial { watts, margin_db: model.facts.margin_db.min(0.0) });
             }
             let stays = better(&trials, trials.len().div_ceil(2));
@@ -531,6 +540,7 @@ impl Codesign {
         (fitter, models, pricer): (&Fitter<'_>, &[Fitted], &Pricer<'_>),
         watch: &dyn CodesignWatch,
     ) -> Result<Option<(Vec<Comparison>, Found)>, CodesignError> {
+        // Before anything is simulated with banks, which takes far longer.
         if let Err(nothing) = market.ranked(market.pairs()) {
             return Err(CodesignError::Infeasible(self.infeasible(&nothing, market, models)));
         }
@@ -597,6 +607,7 @@ impl Codesign {
             watch.fitted(&model);
             fitted.push(model);
         }
+        // The dense model passes by definition, so that it says nothing of the target.
         let tuned = || fitted.iter().filter(|model| !model.point.is_dense);
         if tuned().any(|model| model.facts.passed) {
             return Ok(Some(fitted));

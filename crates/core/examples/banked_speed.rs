@@ -1,5 +1,5 @@
 //! Bursts per second of processor time of the DRAM model `banked` inside a frame, the accelerator
-//! included: the figures in `docs/performance.md`.
+//! included: the figures in `evidence/performance.md`.
 //!
 //! ```console
 //! $ cargo run --release -p powergs-core --example banked_speed -- 3 traces/demo.bin

@@ -77,6 +77,7 @@ impl<R: BufRead> Requests<R> {
     fn read(&mut self) -> Result<Option<Access>, AddressTraceError> {
         loop {
             self.line.clear();
+            // One byte more tells a line that is too long from one that just fits.
             let mut part = self.from.by_ref().take(LINE_MAX as u64 + 1);
             let line = self.lines + 1;
             let n = part
@@ -94,6 +95,7 @@ impl<R: BufRead> Requests<R> {
                 return Err(wrong(format!("longer than {LINE_MAX} bytes")));
             }
             let text = std::str::from_utf8(&self.line).map_err(|_| wrong("no text".to_owned()))?;
+            // Some editors begin a file with a byte order mark.
             let text = if line == 1 { text.trim_start_matches('\u{feff}') } else { text };
             if let Some((access, has_cycle)) = parse(text).map_err(wrong)? {
                 self.requests += 1;

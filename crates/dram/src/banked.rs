@@ -46,7 +46,7 @@ pub struct Request {
     pub ticket: u32,
     /// Whether it writes.
     pub write: bool,
-    /// For statistics, below 16.
+    /// For statistics, below [`CLASSES`].
     pub class: u8,
     /// The CK from which it may enter.
     pub arrival: u64,
@@ -124,7 +124,7 @@ impl Banked {
     /// arrival, but not before anything that was already simulated.
     ///
     /// # Panics
-    /// If its class is not below 16.
+    /// If its class is not below [`CLASSES`].
     pub fn push(&mut self, request: Request) {
         assert!(usize::from(request.class) < CLASSES, "class {} of a request", request.class);
         self.front.push(request, self.floor);
@@ -143,13 +143,16 @@ impl Banked {
     {
         let mut may_run_ahead = !self.in_time;
         loop {
+            // Asked again only when the front end could act: until then the answer is the same.
             if may_run_ahead && self.front.is_full() {
                 self.run_ahead(until, pieces);
                 may_run_ahead = false;
             }
             let (next, _) = self.agenda.first();
+            // Without requests only refreshes are left, and they must not keep this loop going.
             let tick = if self.front.working == 0 { u64::MAX } else { self.front.due.min(next) };
             let time = self.front.first_done();
+            // Not at `tick` itself: a request with a lower ticket may still complete in that CK.
             if time < tick {
                 if time > until {
                     break;
@@ -165,6 +168,7 @@ impl Banked {
             self.tick(tick, pieces);
             self.skip_refreshes(tick);
         }
+        // What was simulated cannot change any more, so that later requests enter behind it.
         if until < u64::MAX {
             self.floor = self.floor.max(until);
         }
@@ -189,6 +193,7 @@ impl Banked {
         stats.busy_mean = buses.iter().sum::<u64>() as f64 * cycles as f64 / buses.len() as f64;
         for channel in &self.channels {
             channel.counts.add_to(&mut stats, self.rules.burst_bytes);
+            // A copy is counted on, because statistics may be asked for in the middle of a run.
             let mut sleep = channel.sleep;
             sleep.count(self.until, channel.open != 0, &self.rules.sleep_after);
             stats.active += sleep.active;
@@ -236,6 +241,7 @@ impl Banked {
     {
         self.floor = self.floor.max(now + 1);
         self.until = self.until.max(now);
+        // Bursts enter before controllers act, so that one is accepted in the CK in which it came.
         if self.front.due <= now {
             self.front.due = u64::MAX;
             for number in bits(self.front.enter(now, &mut self.channels, pieces)) {

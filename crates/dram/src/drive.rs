@@ -171,6 +171,7 @@ impl Drive {
 
     /// Takes the next request of the stream; simulates until there is room for it.
     pub fn take(&mut self, access: Access) {
+        // A ticket is a place in `waiting`, and the place must be free before it is used again.
         while self.taken - self.completed >= AHEAD || self.waiting[self.taken % AHEAD].is_some() {
             self.complete_one();
         }

@@ -166,6 +166,7 @@ fn refreshes(device: &Device, prices: &CommandPrices, stats: &Stats, elapsed: u6
     let interval = f64::from(device.timing.refresh_interval);
     let ranks = f64::from(device.organisation.pseudo_channels);
     let idle = idle(device, stats, elapsed);
+    // Refreshes were issued during self-refresh as well, but its power includes them.
     let (awake, asleep) = ((idle.standby + idle.down) as f64, stats.self_refresh as f64);
     let rate = if device.controller.refresh == Refresh::None { 0.0 } else { ranks / interval };
     (issued + (awake - asleep) * rate).max(0.0)

@@ -163,6 +163,7 @@ impl Decoder {
         let mut bank = self.bank.of(burst);
         let mut row = self.row.of(burst);
         if let Some(h) = self.hash {
+            // Strides that would meet one bank again and again are spread by bits of the column.
             let column = self.column.of(burst);
             let pc = column & low(h.pseudo_channel);
             let group = (column >> h.pseudo_channel) & low(h.group);

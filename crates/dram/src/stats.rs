@@ -1,6 +1,6 @@
 //! Activity of a memory: bytes, commands, busy buses, latencies.
 
-/// Classes of requests that statistics keep apart: a power of two.
+/// Classes of requests that statistics keep apart.
 pub const CLASSES: usize = 24;
 
 /// Activity of a memory. Times are in CK.

@@ -51,6 +51,7 @@ fn pair(a: usize, b: usize) -> [usize; 2] {
 fn neighbours(cameras: &[Camera], of: usize) -> Vec<usize> {
     let here = &cameras[of];
     let far = |other: usize| here.centre.distance_squared(cameras[other].centre);
+    // Two views from one place have nothing between them.
     let is_like = |other: &usize| {
         let camera = &cameras[*other];
         far(*other) > 0.0

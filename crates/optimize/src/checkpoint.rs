@@ -266,6 +266,7 @@ impl<'a> Checkpoints<'a> {
         let left = len.checked_sub(head_len);
         let left = left.ok_or_else(|| damaged("it promises more than it holds"))?;
         io::copy(&mut (&mut *second).take(HEADER as u64), &mut io::sink())?;
+        // Not before its length is checked: a damaged one could ask for any amount of memory.
         let mut head = vec![0; head_len as usize];
         second.read_exact(&mut head)?;
         let head = postcard::from_bytes(&head).map_err(|_| damaged("its head makes no sense"))?;
@@ -415,6 +416,7 @@ struct Floats<'a> {
 
 impl Floats<'_> {
     fn list<T>(&mut self, count: usize, of: impl Fn([u8; 4]) -> T) -> io::Result<Vec<T>> {
+        // Before memory is taken: a head may promise more than the file holds.
         let bytes = (count as u64).checked_mul(4).and_then(|n| self.left.checked_sub(n));
         self.left = bytes.ok_or(io::ErrorKind::UnexpectedEof)?;
         let (mut values, mut bytes) = (Vec::with_capacity(count), [0; 4 * BLOCK]);
@@ -558,6 +560,7 @@ impl StateHead {
             Some((head, check)) => Ok::<_, io::Error>(Some((floats.part(head)?, check))),
             None => Ok(None),
         };
+        // In the order of `save`: the best, the spare, and then the mean.
         let (best, spare) = (other(best)?, other(spare)?);
         let average = match averaged {
             Some(count) => Some((floats.part(head)?, count)),

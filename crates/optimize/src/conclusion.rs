@@ -84,6 +84,7 @@ pub(crate) fn slack_price(
         let is_dimmed = o.lambda.is_some() || o.gains.is_some();
         o.role == Role::Sample && o.passed && is_dimmed && o.rho < UNPRUNED
     };
+    // The last one, because a retry takes the place of what it retries.
     let spent = done.iter().rfind(is_spent)?;
     SlackPrice::between(intact?, Spending::of(spent, target))
 }

@@ -212,6 +212,7 @@ impl Campaign {
         clock: &dyn Fn() -> f64,
         watch: &dyn CampaignWatch,
     ) -> Result<Option<f64>, CampaignError> {
+        // Out of reach, so that no check passes and nothing settles.
         let target = Target::Likeness(Quality::likeness(f64::INFINITY, f64::INFINITY));
         // Checks are timed apart; without pruning they are due in the first iteration only.
         let settings = Settings { interval: u32::MAX, ..self.settings.clone() };

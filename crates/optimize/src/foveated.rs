@@ -279,6 +279,7 @@ impl Viewer<'_> {
             std::array::from_fn(|k| shown.iter().map(|s| of(s)[k]).sum::<f64>() / n)
         };
         let filter_w = if is_filtered { self.filter_w() } else { 0.0 };
+        // Among the parts, too, whose sum rendering power is.
         watts.parts.0[Phase::Rendering as usize][Component::Flop as usize] += filter_w;
         watts.render_w += filter_w;
         Ok(MeasuredFoveated {

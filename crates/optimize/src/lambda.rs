@@ -196,6 +196,7 @@ impl LambdaController {
         let aim = AIM * self.control.epsilon_db;
         let state = &mut self.state;
         let used = 10f64.powf(state.slack_db.clamp(SLACK_DB.0, SLACK_DB.1) / 10.0) - 1.0;
+        // The slope of 10 log10(1 + c λ²) along ln λ, where `used` is c λ².
         let slope = 20.0 * std::f64::consts::LOG10_E * used / (1.0 + used);
         let by = ((short_db + aim) / slope).min(LONGEST.1.ln());
         state.lambda = (state.passing.unwrap_or(state.lambda) * (-by).exp()).max(FLOOR);
@@ -209,6 +210,7 @@ impl LambdaController {
         let (least, most) = SLACK_DB;
         // The square of the shift that a slack pays for, in units of the error.
         let shift = |slack: f64| 10f64.powf(slack.clamp(least, most) / 10.0) - 1.0;
+        // A look that has no number says nothing about λ.
         if margin.is_nan() {
             return 1.0;
         }

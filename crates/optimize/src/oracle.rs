@@ -338,6 +338,7 @@ fn at_rate(report: &FrameReport, fps: f64) -> OracleParts {
                 report.energy.part(stage, component).0 * fps * 1e-12;
         }
     }
+    // Per frame that is asked for, like the work above: a late one pays for all the time it takes.
     let frames_per_shown = fps / report.displayed_fps(fps);
     let paid_for_time = [Component::Leakage, Component::Background, Component::Refresh];
     for (component, watts) in paid_for_time.into_iter().zip(report.standby_w(fps)) {

@@ -229,6 +229,7 @@ impl Plan {
     /// The next job; `None` at the end. `points` is the size of the dense model.
     pub fn next(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
         let is_new = |job: &Job| done.iter().all(|o| o.name != job.name);
+        // Targets and ratios are relative to what the dense model has.
         let dense = measured(&Role::Dense.name(), Role::Dense);
         if is_new(&dense) {
             return Some(dense);
@@ -239,6 +240,7 @@ impl Plan {
         if self.holds_out && is_new(&held_out) {
             return Some(held_out);
         }
+        // All of one quality before the next, which may start from any model of it.
         for variant in 0..self.variants.len() as u8 {
             let search = first.of_variant(variant);
             let own = || search.next().filter(is_new);

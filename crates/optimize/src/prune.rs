@@ -133,6 +133,7 @@ pub fn keep(scene: &mut Gaussians, adam: &mut Adam, kept: &[u32], cap: f32) {
 /// Keeps the Gaussians of `kept`, ascending indices.
 pub fn select(scene: &mut Gaussians, kept: &[u32]) {
     let width = 3 * scene.sh_coefficients();
+    // Indices ascend, so that nothing is written over before it has moved.
     for (to, &from) in kept.iter().enumerate() {
         let from = from as usize;
         scene.means[to] = scene.means[from];

@@ -80,6 +80,7 @@ impl RecordFormats {
             read.means.par_iter_mut().flatten().for_each(|x| *x = grid.nearest(*x));
         }
         if let Some(grid) = self.scale.map(RecordGrid::of) {
+            // 0 has no logarithm.
             let round = |s: &mut f32| *s = grid.nearest(s.exp()).max(grid.least).ln();
             read.log_scales.par_iter_mut().flatten().for_each(round);
         }
@@ -89,6 +90,8 @@ impl RecordFormats {
         if let Some(grid) = self.opacity.map(RecordGrid::of) {
             read.logit_opacities.par_iter_mut().for_each(|o| *o = grid.opacity(*o));
         }
+        // Before colours are rounded: an entry is the mean of exact coefficients, and stored
+        // rounded.
         codebook::share(read, labels);
         let [dc, rest] =
             [self.colour_dc, self.colour_rest].map(|format| format.map(RecordGrid::of));
@@ -146,6 +149,8 @@ impl RecordGrid {
         let nearest = if size < self.normal {
             (size / self.least).round_ties_even() * self.least
         } else {
+            // Just below half of the last place is added, or half where it is odd, so that ties go
+            // to even; a carry out of the mantissa raises the exponent, as it should.
             let (bits, last) = (size.to_bits(), 1 << self.dropped);
             let is_odd = bits >> self.dropped & 1;
             f32::from_bits((bits + (last / 2 - 1) + is_odd) & !(last - 1))
@@ -157,6 +162,7 @@ impl RecordGrid {
     /// its direction counts, and its gradient is that of its own length.
     fn turn(&self, turn: [f32; 4]) -> [f32; 4] {
         let length = turn.iter().map(|q| q * q).sum::<f32>().sqrt();
+        // What has no direction has none to round.
         if !(f32::MIN_POSITIVE..f32::INFINITY).contains(&length) {
             return turn;
         }

@@ -268,6 +268,7 @@ fn published(done: &[TakenSample], next: usize, budget: u32) -> NextSample {
     let fine = Fine::around(best_of(coarse), COARSE_STEP);
     let k = next - COARSE;
     let offset = fine.step * (k + 1) as f64;
+    // Ratios that are equal in decimals may differ by rounding.
     let from = fine.start + usize::from(offset > COARSE_STEP + 1e-12);
     let from = from.min(COARSE - 1);
     let rho = fine.ratios[k];
@@ -292,6 +293,7 @@ impl Fine {
     pub fn around(best: usize, coarse_step: f64) -> Fine {
         let start = best.saturating_sub(1);
         let begin = coarse_step * start as f64;
+        // No ratio reaches 1, at which nothing would be left.
         let step = FINE_RANGE.min(1.0 - begin) / (FINE + 1) as f64;
         Fine { start, step, ratios: std::array::from_fn(|k| begin + step * (k + 1) as f64) }
     }

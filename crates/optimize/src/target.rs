@@ -111,6 +111,7 @@ impl Target {
     /// Distance from the target, decibels: that of the PSNR or that of 1 - SSIM as a ratio,
     /// whichever is less, or that of the HVSQ as a ratio. Negative where one of them misses.
     pub fn margin_db(&self, quality: Quality) -> f64 {
+        // Equal pictures have an error of 0, and the ratio is to stay finite.
         let ratio = |allowed: f64, got: f64| 10.0 * (allowed.max(1e-12) / got.max(1e-12)).log10();
         match self {
             Target::Likeness(t) => {

@@ -241,6 +241,7 @@ impl<'a> Tuner<'a> {
             Objective::Likeness => None,
             Objective::Hvsq { pooling } => Some(Pooled::new(pooling)),
         };
+        // An odd factor: streams that are near each other give orders that are unlike.
         let seed = setup.settings.seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
         Tuner {
             setup,
@@ -283,6 +284,7 @@ impl<'a> Tuner<'a> {
     ) -> T {
         let (began, before) = ((self.clock)(), self.times.total_s());
         let done = work(self);
+        // Parts within this one have counted their own time.
         let inside = self.times.total_s() - before;
         *part(&mut self.times) += (self.clock)() - began - inside;
         done
@@ -352,6 +354,7 @@ impl<'a> Tuner<'a> {
         if iteration.is_multiple_of(RELABEL_EVERY) {
             self.reader.label(&self.state.model.scene, &mut self.state.labels);
         }
+        // Before anything is pruned, because heat is measured by what the first prune takes.
         if iteration == 0 && self.state.heat.is_none() {
             let seen = self.part(
                 |t| &mut t.checks_s,
@@ -384,6 +387,7 @@ impl<'a> Tuner<'a> {
         if self.is_done() {
             seen = self.part(|t| &mut t.checks_s, Tuner::confirm)?;
         }
+        // Asked again, because views that did not choose may just have extended it.
         if self.is_done() {
             self.part(|t| &mut t.checks_s, |tuner| tuner.spend(seen));
         }
@@ -416,6 +420,7 @@ impl<'a> Tuner<'a> {
             return;
         }
         let (mean, count) = average.get_or_insert_with(|| (model.scene.clone(), 0));
+        // Capped: from then on old iterations fade, and the mean stays near the model that moves.
         *count = (*count + AVERAGE_EVERY).min(most.max(AVERAGE_EVERY));
         average::mix(mean, &model.scene, AVERAGE_EVERY as f32 / *count as f32);
     }
@@ -501,6 +506,7 @@ impl<'a> Tuner<'a> {
         let model = &mut self.state.model;
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
+        // Labels are by place, and places have just moved.
         if !self.state.labels.is_empty() {
             self.state.labels = kept.iter().map(|&i| self.state.labels[i as usize]).collect();
         }

@@ -312,10 +312,12 @@ impl ViewOrder {
     }
 
     fn shuffle(&mut self, epoch: u64) {
+        // An odd factor spreads the bits of small numbers, so that the orders of epochs are unlike.
         let stream = epoch.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed ^ stream);
         self.permutation = (0..self.count).collect();
         for last in (1..self.count).rev() {
+            // Drawn as `u64`, so that machines of any word size draw the same.
             let other = rng.random_range(0..=last as u64) as usize;
             self.permutation.swap(last, other);
         }

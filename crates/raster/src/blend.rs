@@ -67,6 +67,8 @@ impl Paint {
     pub(crate) fn new(splat: &Splat, colour: [f32; 3]) -> Paint {
         let [c0, c1, c2] = splat.conic().unwrap_or([1.0, 0.0, 1.0]);
         let k = -0.5 * std::f32::consts::LOG2_E;
+        // The more of the determinant cancels, the less exact is the peak of a row; a row that
+        // reaches 1/255 must never be missed, one too many costs time only.
         let cancel = c0 * c2 / (c0 * c2 - c1 * c1);
         let proper = c0 > 0.0 && cancel.is_finite() && cancel > 0.0;
         let margin = if proper { 1e-3 + 1e-5 * cancel } else { f32::INFINITY };
@@ -295,6 +297,7 @@ impl BlendBlock {
         let (mut first, mut last) = ([0.0; BLOCK], [0.0; BLOCK]);
         for (y, row) in self.transmittance.iter().enumerate() {
             let open = f32x16::from_slice(simd, row).simd_gt(f32x16::splat(simd, 0.0));
+            // Sentinels keep both counts defined where all pixels have stopped.
             let open = open.to_bitmask() as u32 | 1 << BLOCK;
             first[y] = open.trailing_zeros() as f32;
             last[y] = (open & !(1 << BLOCK) | 1).ilog2() as f32;
@@ -433,6 +436,7 @@ pub(super) fn blend_batch<S: Simd, R: BlendRecord>(
     let mut findings = Findings { hits: [0; BLOCK], pixels: [0; BATCH], weights: [0.0; BATCH] };
     let mut alive = block.alive;
     while alive != 0 {
+        // The mask says to the compiler that the index is in range.
         let y = alive.trailing_zeros() as usize & (BLOCK - 1);
         alive &= alive - 1;
         if by_row[y] != 0 {
@@ -616,6 +620,7 @@ fn blend_row<S: Simd, R: BlendRecord>(
         let power = f32x16::splat(simd, paint.quadratic[0])
             .mul_add(dx, block.strokes.linear[at].at(simd, y))
             .mul_add(dx, block.strokes.base[at].at(simd, y));
+        // Above the opacity the form would be positive: the reference skips such pixels, too.
         let hit = power.simd_ge(threshold) & power.simd_le(f32x16::splat(simd, tint.log_opacity));
         let alpha = exp2(simd, power);
         let colours = tint.colour.map(|channel| f32x16::splat(simd, channel));
@@ -634,6 +639,8 @@ fn blend_row<S: Simd, R: BlendRecord>(
         if stops.any_true() {
             threshold = stops.select(never, threshold);
             weight = stops.select(zero, weight);
+            // The sign says that it has stopped. What the entry would have taken stays for the
+            // background: as in the reference, it does not blend.
             rest = stops.select(-t, rest);
             block.note_stops::<S, R>(simd, y, stops, first + at as u32);
             if !threshold.simd_lt(never).any_true() {
@@ -646,6 +653,7 @@ fn blend_row<S: Simd, R: BlendRecord>(
             *sum = weight.mul_add(channel, *sum);
         }
         if R::DOMINANCE {
+            // Strictly, so that of equal weights the nearest splat stays.
             let heavier = weight.simd_gt(heaviest);
             heaviest = heavier.select(weight, heaviest);
             owner = heavier.select(u32x16::splat(simd, ranks[at]), owner);

@@ -149,6 +149,7 @@ impl Canvas {
         record: R,
     ) {
         let Canvas { prepared, tally, heaviest, fetched, rendered } = self;
+        // What the view before left behind is memory for this one.
         rendered.trade(prepared);
         let grid = TileGrid::new(camera.width, camera.height, options.tile);
         prepared.prepare(scene, camera, grid, options.test, options.level);
@@ -166,6 +167,7 @@ impl Canvas {
             level: options.level,
         };
         rendered.resize::<R>(camera, grid);
+        // Values of the view before may stay: rows write all that is read.
         heaviest.resize(if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }, OPEN);
         fetched.resize(if R::COUNT { grid.len() } else { 0 }, Fetched::ALL);
         targets(rendered, heaviest, fetched, grid)
@@ -195,6 +197,7 @@ impl Canvas {
         }
         rendered.sh_degree = scene.degree();
         rendered.antialiased = scene.antialiased;
+        // Back before the totals, which are counted from what was prepared.
         rendered.trade(prepared);
         rendered.counters = totals(scene, rendered);
     }

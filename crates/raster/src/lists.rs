@@ -129,6 +129,7 @@ impl OpenPixel {
             return;
         }
         let rest = self.transmittance * (1.0 - alpha);
+        // As in the reference, the splat that would go below the limit is not blended itself.
         if rest < TRANSMITTANCE_MIN {
             self.is_done = true;
             return;

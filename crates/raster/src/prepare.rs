@@ -154,6 +154,7 @@ pub(super) fn in_depth_order<
             *key = u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64;
         }
     });
+    // No two keys are equal, so that the order is the same in every run.
     keys.par_sort_unstable();
     a.resize(keys.len(), A::default());
     b.resize(keys.len(), B::default());

@@ -241,6 +241,7 @@ fn add_fetches<S: Simd, K: RowKeep>(
         if K::ALL {
             let rank = u32x16::splat(simd, run.rank);
             for x in columns.clone().step_by(LANES) {
+                // The last lanes may reach beyond the run.
                 let in_run = (1 << (columns.end - x).min(LANES)) - 1;
                 let has = u32x16::from_slice(simd, &row[x..x + LANES]).simd_gt(rank);
                 n += (has.to_bitmask() as u32 & in_run).count_ones();
@@ -280,6 +281,7 @@ impl RasterTile<'_> {
                 dispatch!(shared.level, simd =>
                     blend(simd, record, block, self.entries, shared.paints));
                 if R::PIXELS || R::WEIGHTS {
+                    // Whole numbers, so that the order in which threads add them changes nothing.
                     for (rank, n) in block.tally.drain(..) {
                         shared.tally[rank as usize].fetch_add(u64::from(n), Ordering::Relaxed);
                     }
@@ -346,6 +348,7 @@ impl RasterTile<'_> {
             for (rank, &stop) in out.stop_rank[range.clone()].iter_mut().zip(stops) {
                 *rank = self.entries.get(stop as usize).copied().unwrap_or(NEVER);
             }
+            // Saturating, because `OPEN` is the largest number there is.
             let iterated = |&stop: &u32| stop.saturating_add(1).min(self.accepted);
             for n in stops[..w].iter().map(iterated) {
                 count.alpha_evaluations += u64::from(n);

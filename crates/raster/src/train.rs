@@ -208,6 +208,7 @@ fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], prepared: &Prepared) {
         .enumerate()
         .for_each(|(i, ((sums, paints), (part, starts)))| {
             let first_rank = i * part_len;
+            // Rows in one order, whichever thread works: rounding is the same in every run.
             for ((row, runs), start) in rows.iter().zip(part).zip(starts) {
                 for (run, from) in runs.iter().zip(&row.sums()[*start..]) {
                     let to = &mut sums[run.rank as usize - first_rank];
@@ -218,6 +219,7 @@ fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], prepared: &Prepared) {
             }
             for (sums, paint) in sums.iter_mut().zip(paints) {
                 for (sum, colour) in sums[COLOUR..].iter_mut().zip(paint.colour) {
+                    // A colour that was clamped does not follow its coefficients.
                     if colour <= 0.0 {
                         *sum = 0.0;
                     }

@@ -29,6 +29,8 @@ pub enum Shown {
     Page,
     /// HTML, which can answer.
     Screen,
+    /// Markdown and HTML of a folder, whose files it names.
+    Folder,
 }
 
 impl Shown {
@@ -37,7 +39,7 @@ impl Shown {
     }
 
     fn on_page(self) -> bool {
-        matches!(self, Shown::Everywhere | Shown::Page)
+        matches!(self, Shown::Everywhere | Shown::Page | Shown::Folder)
     }
 
     fn on_screen(self) -> bool {

@@ -149,9 +149,9 @@ prices of a DRAM device are those of assumptions that its file cites), one at a 
 the three that move the power most (`prices` in `--json` has all that move it by 0.5 %). They say \
 nothing of one another: two that are wrong the same way add up.
 
-Another question is which accelerators a machine file can describe at all: there are two \
-dataflows, tile-wise sort-then-blend and resident pixels, and runs of other simulators \
-([elsewhere.md](elsewhere.md)). [what-fits.md](what-fits.md) says which \
+Another question is which accelerators a machine file can describe at all: there are \
+three dataflows, tile-wise sort-then-blend, resident pixels and kernels of a GPU, and runs of \
+other simulators ([elsewhere.md](elsewhere.md)). [what-fits.md](what-fits.md) says which \
 published designs fit them, which do not, and what keys like `record.feature` do not change.
 
 ";

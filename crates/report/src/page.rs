@@ -7,6 +7,7 @@ use super::format::{
 };
 use super::{limits as words, record_of};
 use powergs_base::TOOL_VERSION;
+use powergs_base::config::references::references;
 use powergs_chart::Chart;
 use powergs_core::flow::steps::StepPart;
 use powergs_core::sim::statistics::UnitPart;
@@ -94,6 +95,12 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
             page.on(Shown::Page, Block::List(items));
         }
     }
+    let sources: Vec<Text> =
+        run.facts.machine.sources.iter().filter_map(|key| source(key)).collect();
+    if !sources.is_empty() {
+        page.page_heading("Sources of the machine and its prices");
+        page.on(Shown::Page, Block::List(sources));
+    }
     page.page_paragraph(Text::marked(
         "Every number with its unit: `results.csv`, one row per frame; `powergs-sim explain NAME` \
          defines any of them. What the run was made from: `run.toml`; what was typed: \
@@ -102,6 +109,13 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     last.extend(ending.iter().map(|(name, what)| ((*name).to_owned(), what.as_str().into())));
     page.on(Shown::Terminal, Block::Facts(last));
     page
+}
+
+/// A source with its address.
+fn source(key: &str) -> Option<Text> {
+    let source = references().get(key)?;
+    let venue = format!(", {}", source.venue);
+    Some(Text::link(source.title.as_str(), source.link()).then(venue))
 }
 
 /// How far the price assumptions in use move the power.

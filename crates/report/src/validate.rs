@@ -1,4 +1,4 @@
-//! Published numbers beside ours: `docs/validation.md`, what `validate` prints, JSON.
+//! Published numbers beside ours: `evidence/validation.md`, what `validate` prints, JSON.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use powergs_study::validate::{Gap, Judged, Parts, Row, Status, Tables, Verdict, 
 const HEAD: &str = "\
 # Validation
 
-<!-- Written by `powergs-sim validate --force --write docs/validation.md` from tests/validation/ -->
+<!-- Written by `powergs-sim validate --force --write evidence/validation.md` -->
 
 Published numbers beside what the simulator says. `powergs-sim validate` makes this table and fails
 when an enforced row leaves its tolerance, or when any row is farther from its published value than
@@ -34,14 +34,14 @@ mean over the workloads of the row. Its status says what it is good for:
 - *dropped*: nothing can be decided by it, for the reason in its note.
 
 Workloads are synthetic scenes that match published statistics of the scenes that were used
-([synth.md](synth.md)): points, image size, opacities, shapes. None was tuned to a row, unless its
+([synth.md](../docs/synth.md)): points, image size, opacities, shapes. None was tuned to a row, unless its
 line says so, and a few per cent of agreement on an absolute number are luck; ratios say more.
 ";
 
 /// Below this share of a published gain a page says what is missing.
 pub const HALF: f64 = 0.5;
 
-/// `docs/validation.md`.
+/// `evidence/validation.md`.
 pub fn page(tables: &Tables, judged: &[Judged]) -> String {
     let mut page = Document::new();
     page.paragraph(format!("{}.", summary(judged)));

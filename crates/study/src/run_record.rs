@@ -101,6 +101,8 @@ pub struct MachineFacts {
     pub left_out: Vec<Effect>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
+    /// Keys of `references.toml` that its files cite.
+    pub sources: Vec<String>,
 }
 
 impl TraceFacts {
@@ -133,6 +135,7 @@ impl MachineFacts {
             },
             left_out: limits::left_out_by(system.machine()),
             roofline: Some(Roofline::of(system)),
+            sources: system.sources().into_iter().collect(),
         }
     }
 
@@ -149,6 +152,7 @@ impl MachineFacts {
             second_master_gb_s: None,
             left_out: limits::not_modelled(),
             roofline: None,
+            sources: vec!["powergs".into()],
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod design;
 pub mod docs;
 pub mod expr;
 pub mod file;
+pub mod gathered;
 pub mod key;
 pub mod lattice;
 mod library;

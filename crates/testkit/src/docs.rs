@@ -21,8 +21,10 @@ pub struct Block {
 
 /// The pages in `docs/` under `root`, and `more`.
 pub fn pages(root: &Path, more: &[&str]) -> Vec<PathBuf> {
-    let docs = fs::read_dir(root.join("docs")).expect("docs");
-    let mut pages: Vec<PathBuf> = docs.map(|e| e.expect("an entry").path()).collect();
+    let folders =
+        ["docs", "evidence"].map(|folder| fs::read_dir(root.join(folder)).expect("pages"));
+    let mut pages: Vec<PathBuf> =
+        folders.into_iter().flatten().map(|e| e.expect("an entry").path()).collect();
     pages.retain(|p| p.extension().is_some_and(|e| e == "md"));
     pages.extend(more.iter().map(|p| root.join(p)));
     pages.sort();

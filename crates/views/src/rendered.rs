@@ -38,6 +38,8 @@ struct Canvases(Arc<Mutex<Vec<Canvas>>>);
 impl Canvases {
     fn frame(&self, scene: &Gaussians, camera: &Camera, options: &Options) -> Frame {
         let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Locked to take one and to give it back, not meanwhile: views are rendered at the same
+        // time.
         let mut canvas = free().pop().unwrap_or_default();
         let frame = canvas.frame(scene, camera, options);
         free().push(canvas);

@@ -116,6 +116,7 @@ fn neighbour_distance(means: &[[f32; 3]]) -> f64 {
         all.sort_unstable_by(f32::total_cmp);
         all.get(all.len() / 2).map_or(0.0, |middle| f64::from(*middle))
     };
+    // No random numbers: the same scene gives the same statistics.
     let mix = |i: usize| i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 20;
     let any = median(&|i| (mix(2 * i), mix(2 * i + 1)));
     if any > 0.0 { median(&|i| (i - 1, i)) / any } else { 1.0 }

@@ -31,7 +31,7 @@ Examples:
   powergs-lab characterise bsu --netlist bsu.json --liberty my.lib \\
       --trace scene.bin
 
-docs/rtl.md says where the gates and their energies come from.";
+evidence/rtl.md says where the gates and their energies come from.";
 
 /// Arguments of `characterise`.
 #[derive(Debug, clap::Args)]

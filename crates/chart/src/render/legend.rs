@@ -45,8 +45,18 @@ pub(crate) fn draw(page: &Page, entry: &Entry, at: (f64, f64), room: f64) -> Dra
     let (x, y) = at;
     let dot = (x + 9.0, y);
     match entry.symbol {
-        Symbol::Fill(colour) => page.fill([x, y - 9.0, x + 18.0, y + 9.0], colour)?,
-        Symbol::Dot(colour) => page.dot(dot, 7.0, colour)?,
+        Symbol::Fill(colour) => {
+            let [l, t, r, b] = [x, y - 9.0, x + 18.0, y + 9.0];
+            page.fill([l, t, r, b], colour)?;
+            if let Some(edge) = colour.edge() {
+                page.line(&[(l, t), (r, t), (r, b), (l, b), (l, t)], edge, 1.0)?;
+            }
+        }
+        Symbol::Dot(colour) => {
+            let edge = colour.edge();
+            edge.map_or(Ok(()), |edge| page.dot(dot, 7.0, edge))?;
+            page.dot(dot, if edge.is_some() { 6.0 } else { 7.0 }, colour)?;
+        }
         Symbol::Ring(ring, colour) => {
             page.dot(dot, 9.0, ring)?;
             page.dot(dot, 6.5, colour)?;

@@ -92,6 +92,18 @@ impl<'p, 'c> Plot<'p, 'c> {
         self.chart.draw_series([rectangle]).map(|_| ()).map_err(failed)
     }
 
+    /// A rectangle that is told from the page, whatever its colour.
+    fn block(&mut self, a: Place, b: Place, colour: Colour) -> Drawn {
+        self.rectangle(a, b, colour)?;
+        // What is thinner than its outline twice would be outline only.
+        let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
+        let is_thin = (x1 - x0).abs() < 4.0 || (y1 - y0).abs() < 4.0;
+        let Some(edge) = colour.edge().filter(|_| !is_thin) else { return Ok(()) };
+        let corners = [a, (a.0, b.1), b, (b.0, a.1), a].to_vec();
+        let outline = PathElement::new(corners, stroke(edge, 1.0));
+        self.chart.draw_series([outline]).map(|_| ()).map_err(failed)
+    }
+
     /// Text in a rectangle where it fits.
     fn inside(&self, text: &str, a: Place, b: Place, colour: Colour) {
         let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
@@ -130,7 +142,7 @@ impl<'p, 'c> Plot<'p, 'c> {
             for part in &bar.parts {
                 let value = if part.value.is_finite() { part.value } else { 0.0 };
                 let (a, b) = (place(from, begin), place(from + value, end));
-                self.rectangle(a, b, part.colour)?;
+                self.block(a, b, part.colour)?;
                 self.inside(&part.label, a, b, part.colour);
                 let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
                 self.obstacles.solid.push([x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)]);
@@ -186,7 +198,7 @@ impl<'p, 'c> Plot<'p, 'c> {
                     (true, _) => (middle, middle + half),
                     (false, _) => (middle - half, middle + half),
                 };
-                self.rectangle((0.0, top), (value, bottom), colours[k])?;
+                self.block((0.0, top), (value, bottom), colours[k])?;
                 // A bar that the scale cuts off says how long it is.
                 if value > high || value < low {
                     let (x, y) = self.at((value, (top + bottom) / 2.0));
@@ -214,7 +226,7 @@ impl<'p, 'c> Plot<'p, 'c> {
         for bin in bins.iter().filter(|b| b.height > 0.0) {
             let gap = if outlined { 0.0 } else { unit };
             let (from, to) = (bin.from + gap, bin.to - gap);
-            self.rectangle((from, bin.height), (to, floor), bin.colour)?;
+            self.block((from, bin.height), (to, floor), bin.colour)?;
             if outlined {
                 let corners = [(from, floor), (from, bin.height), (to, bin.height), (to, floor)];
                 let line = PathElement::new(corners.to_vec(), stroke(Colour::INK, 1.0));
@@ -299,18 +311,30 @@ impl<'p, 'c> Plot<'p, 'c> {
     fn look(&mut self, points: &[(Place, Colour)], form: Form, radius: f64) -> Drawn {
         match form {
             Form::Dot => {
-                let dots = points
-                    .iter()
-                    .map(|&(place, c)| Circle::new(place, fine(radius), style(c).filled()));
-                self.chart.draw_series(dots.collect::<Vec<_>>()).map_err(failed)?;
+                // A rim is a larger dot below, so that every writer draws it alike.
+                for &(place, colour) in points {
+                    let rim = colour.edge().filter(|_| radius > 2.0);
+                    let inner = if rim.is_some() { radius - 1.0 } else { radius };
+                    let rim =
+                        rim.map(|edge| Circle::new(place, fine(radius), style(edge).filled()));
+                    let dot = Circle::new(place, fine(inner), style(colour).filled());
+                    self.chart.draw_series(rim.into_iter().chain([dot])).map_err(failed)?;
+                }
             }
             Form::Square => {
-                let reach = fine(0.86 * radius);
-                for &(place, c) in points {
-                    let corners = [(-reach, -reach), (reach, reach)];
-                    let square =
-                        EmptyElement::at(place) + Rectangle::new(corners, style(c).filled());
-                    self.chart.draw_series([square]).map_err(failed)?;
+                for &(place, colour) in points {
+                    let mut square = |reach: i32, colour: Colour| {
+                        let corners = [(-reach, -reach), (reach, reach)];
+                        let square = EmptyElement::at(place)
+                            + Rectangle::new(corners, style(colour).filled());
+                        self.chart.draw_series([square]).map(|_| ()).map_err(failed)
+                    };
+                    let rim = colour.edge().filter(|_| radius > 2.0);
+                    if let Some(edge) = rim {
+                        square(fine(0.86 * radius), edge)?;
+                    }
+                    let inner = if rim.is_some() { radius - 1.0 } else { radius };
+                    square(fine(0.86 * inner), colour)?;
                 }
             }
         }

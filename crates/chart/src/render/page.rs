@@ -40,8 +40,12 @@ fn head(page: &Page, chart: &Chart) -> f64 {
     if !page.frame.is_narrow() {
         let title = sized_to(&title, room, TITLES.0);
         page.sized(&title, (left, 38.0), Align::Left, TITLES.0, Halo::None);
-        page.text(&fitted(&subtitle, room), (left, 72.0), Align::Left);
-        return 108.0;
+        let lines = wrapped(&subtitle, room, TEXT, 2);
+        for (line, y) in lines.iter().zip([72.0, 72.0 + LINE]) {
+            page.text(line, (left, y), Align::Left);
+        }
+        let further = lines.iter().skip(1).filter(|line| !line.text.is_empty()).count();
+        return 108.0 + further as f64 * LINE;
     }
     let mut y = 20.0;
     for line in wrapped(&title, room, TITLES.1, 2) {

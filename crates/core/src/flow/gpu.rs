@@ -359,6 +359,7 @@ impl Kernels {
         let both = [read, pairs * pair];
         let moved = make.kept(both);
         make.even(KernelPart::Pairs, instructions, moved, ([scene, made], both));
+        // The host reads how many pairs there are before it can launch what sorts them.
         if !draws {
             make.last().gap += make_gap(machine, m.launch.readback);
         }
@@ -381,6 +382,7 @@ impl Kernels {
             if m.radix.count == DigitCount::EachPass {
                 count(&mut make);
             }
+            // Passes go to and fro between two arrays.
             let place = if pass % 2 == 0 { [made, sorted] } else { [sorted, made] };
             let moved = make.kept([whole, whole]);
             make.even(KernelPart::Sort, of_keys, moved, (place, [whole, whole]));
@@ -447,6 +449,7 @@ impl KernelMaker<'_> {
         let sm = &self.m.sm;
         let registers = self.m.convert.registers;
         let warps = sm.resident(BLOCK, registers, 0) * BLOCK.div_ceil(WARP);
+        // A warp issues once in `interval` cycles, so that few resident warps leave slots empty.
         let issue = sm.issue().min(f64::from(warps) / f64::from(sm.interval));
         let cycles = instructions as f64 / (issue * f64::from(sm.units));
         self.all.push(GpuKernel {
@@ -575,6 +578,7 @@ impl KernelMaker<'_> {
             let work = issued.max(b.exponentials(pairs) as f64 * special);
             let longest = b.instructions(block.longest.map(u64::from)) + u64::from(b.finish);
             let batches = u64::from(block.loaded.div_ceil(b.batch));
+            // Its slowest warp goes from one instruction to the next, and waits for every batch.
             let alone = longest * u64::from(sm.interval) + batches * u64::from(b.latency);
             ThreadBlock { work, alone: (alone as f64).max(work) }
         };
@@ -743,6 +747,8 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
             let added = self.m.train.adding(kernel.atomics, self.m.l2.bytes_per_cycle);
             let moved = arrivals.map(|arrival| self.memory.at(arrival));
             let [found, blended] = kernel.raster;
+            // Within a kernel all of this overlaps; the next one begins when the slowest part is
+            // done.
             let least = computes.max(cached).max(added).max(found).max(blended);
             let ends = moved.into_iter().fold(began + least, u64::max);
             if ends > now {
@@ -816,6 +822,7 @@ fn through<O: Observer>(
             AttachedOverlap::None => stream.ended,
             AttachedOverlap::Frames => 0,
         };
+        // The unit blends in place of a kernel, and its time is that of the part.
         stream.parts[KernelPart::Blend as usize] = attached.end.saturating_sub(begins);
     }
     for ledger in stream.ledgers.iter_mut().chain(&mut stream.rops) {

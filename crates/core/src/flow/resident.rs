@@ -326,8 +326,10 @@ impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
 /// and buffers that are always the same.
 fn refer(reference: &mut Machine) {
     let m = reference.resident_mut();
+    // Before the engines are replaced, because each region is sized for one of the machine's own.
     let region = m.stores.pixels.capacity.0 / u64::from(m.raster.engines);
     (m.front.units, m.front.queue, m.front.latency) = (8, 16, 16);
+    // Arithmetic that takes no time: only the memory is to be seen.
     m.front.operations_per_cycle = 1 << 20;
     (m.order.units, m.order.keys_per_cycle, m.order.latency) = (8, 4, 4);
     (m.raster.engines, m.raster.latency) = (if m.front.lazy { 1 } else { 8 }, 4);
@@ -340,6 +342,7 @@ fn refer(reference: &mut Machine) {
     for (store, bytes) in stores.into_iter().zip(all) {
         store.capacity.0 = 8 * bytes;
     }
+    // Two regions for each of eight engines: one is worked on while the other is written.
     s.pixels.capacity.0 = 16 * region;
     s.tail.capacity = s.gaussians.capacity;
 }
@@ -419,6 +422,7 @@ fn through<O: Observer>(
         FrontOverlap::None => {
             drive(&mut units, 0..apart, 0);
             let end = front_end(&units);
+            // These had no event before the barrier, and were idle up to it.
             for unit in &mut units.order {
                 unit.account.up_to(end, units.shared.observer);
             }
@@ -430,8 +434,10 @@ fn through<O: Observer>(
         }
     };
     let end = units.engines.iter().map(|engine| engine.end).max().unwrap_or(0);
+    // Engines without a region end at 0.
     let end = end.max(preprocessing_end);
     let Units { mut front, mut order, mut engines, .. } = units;
+    // Late conversions came behind the front's own phase, one after the other, and are booked now.
     front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
     let mut after = None;
     let end = match &step {
@@ -530,6 +536,7 @@ fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -
     let first = Phase::Preprocessing;
     charge(first, CULL, c.points);
     let entries = frame.entries.len() as u64 * g.entry.0;
+    // What is converted late is charged to rendering below.
     let (read, written) = match m.front.lazy {
         true => (c.points * g.position.0, entries),
         false => {
@@ -551,6 +558,8 @@ fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -
     for region in frame.regions.iter().filter(|region| region.entries > 0) {
         let keys = u64::from(region.entries);
         let bytes = keys * g.entry.0;
+        // Between passes only: the first takes the list as it is read, and the last is written in
+        // order.
         let between = m.order.passes(keys).saturating_sub(1) * (bytes - bytes.min(share));
         (read, written) = (read + bytes + between, written + bytes + between);
     }
@@ -578,6 +587,7 @@ fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -
     let slices = u64::from(m.region.slices);
     let state = m.raster.pixel_state.0;
     let touched = sum(|c| c.touched) * state;
+    // Every slice is read once more at its end, to be put together or written.
     charge(last, sram_read(PIXELS), touched + pixels * slices * state);
     charge(last, sram_write(PIXELS), touched);
     let sliced = pixels * (slices - 1) * state;

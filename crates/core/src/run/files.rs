@@ -171,6 +171,17 @@ impl ConfigText {
         &self.attached
     }
 
+    /// A text of this kind that is in no file, on the base that it names.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn in_memory(kind: FileKind, text: String) -> Result<ConfigText, RunError> {
+        let origin = format!("{} in memory", kind.name());
+        let read =
+            |base: &str, folder: Option<&Path>| raw(kind.name(), base, kind.embedded(), folder);
+        ConfigText::new(origin, None, text).on_its_base(read)
+    }
+
     /// The text on that of the base that it names, which `read` finds.
     fn on_its_base(
         self,

@@ -32,6 +32,8 @@ impl Agenda {
     /// Sets the CK in which something happens next in a channel; [`Agenda::look`] comes after it.
     #[inline]
     pub(super) fn set(&mut self, channel: usize, ck: u64) {
+        // With the number below the CK one minimum finds the earliest and, of equals, the lowest
+        // channel.
         let word = ck.min(NEVER) << NUMBER | channel as u64;
         self.next[channel / LANES][channel % LANES] = word;
     }

@@ -240,6 +240,7 @@ impl BankedChannel {
     /// The heads of the FIFO go into the queues.
     #[inline]
     fn accept_heads<const P: bool>(&mut self, now: u64, rules: Known<'_, P>, front: &mut Front) {
+        // A full queue leaves it so: the command that frees an entry looks again (`issue`).
         self.accepts = u64::MAX;
         for _ in 0..rules.acceptances {
             let Some(burst) = self.fifo.front() else { return };
@@ -247,6 +248,8 @@ impl BankedChannel {
                 break;
             }
             let direction = usize::from(burst.write);
+            // Data that waits to be written answers a read and absorbs a write, without any
+            // command.
             if self.len[WRITE] > 0 && self.written.has(burst.number) {
                 self.counts.classes[usize::from(burst.class) % CLASSES].merged[direction] += 1;
                 front.burst_done(burst.slot, now);
@@ -266,6 +269,7 @@ impl BankedChannel {
     /// Accepts a burst, and finds the CK of the next step.
     #[inline]
     fn accept<const P: bool>(&mut self, burst: &Burst, now: u64, rules: Known<'_, P>) {
+        // Nothing came in the CK that were skipped: the direction is that of the last of them.
         if self.look_from < now {
             self.set_direction(now - 1, rules);
         }
@@ -285,6 +289,7 @@ impl BankedChannel {
                 self.writes_wait_from(now, rules);
             }
         }
+        // Only the oldest entry of its kind in a bank can be next: a younger one changes no key.
         if first {
             self.set_keys(number, direction, rules);
             if self.direction() == direction {
@@ -293,6 +298,7 @@ impl BankedChannel {
             }
         }
         let plain = self.due.is_empty();
+        // While a refresh is due the plan does not depend on the direction.
         if self.planned && plain && self.turns(now, rules) {
             self.planned = false;
         }
@@ -347,6 +353,8 @@ impl BankedChannel {
         } else {
             self.step_one_bus(now, rules, front)
         };
+        // With a refresh due, or the data clock just synchronised, classes do not say what goes
+        // next.
         let steady = !(rules.has_extras() && self.synced.is_some()) && self.due.is_empty();
         if issued && steady && !self.turns(now + 1, rules) {
             self.look_from = u64::MAX;
@@ -385,6 +393,7 @@ impl BankedChannel {
             // The plan of the row bus holds unless it was for this bank.
             let other = self.best[1].bank != candidate.bank;
             self.issue(candidate, now, rules, front);
+            // The column may have turned the direction, for which the row command was not planned.
             let before = self.write_mode;
             if self.due.is_empty() {
                 self.set_direction(now, rules);
@@ -410,6 +419,7 @@ impl BankedChannel {
         rules: Known<'_, P>,
         front: &mut Front,
     ) -> bool {
+        // At its deadline the second half goes before all else, or its row would not open in time.
         if rules.has_extras() && self.second.is_some_and(|(_, deadline)| deadline <= now) {
             self.second_half(now, rules);
             return true;
@@ -436,6 +446,8 @@ impl BankedChannel {
             && now >= self.clock_until
             && candidate.command == PlannedCommand::Column
         {
+            // The synchronisation and its column take this CK and the next: a half that is due by
+            // then goes first.
             if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
                 self.second_half(now, rules);
             } else {

@@ -32,6 +32,8 @@ impl Class {
     #[inline]
     pub(super) fn add(&mut self, floor: u64, time: u64, key: u64, bank: usize) {
         if !goes_first((time.max(floor), key), (self.time.max(floor), self.key)) {
+            // It has to wait for its own bank: once that is over, it overtakes the first if it is
+            // older.
             if time > floor {
                 let which = if key < self.key { &mut self.overtaken } else { &mut self.younger };
                 *which = time.min(*which);
@@ -56,6 +58,7 @@ impl Class {
     /// The command of a bank changed, or is new.
     #[inline]
     pub(super) fn change(&mut self, floor: u64, time: u64, key: u64, bank: usize) {
+        // The first command itself changed, or another one may be first by now.
         if self.bank == bank || floor >= self.overtaken {
             self.overtaken = 0;
         } else if key != NO_KEY {

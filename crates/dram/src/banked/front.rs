@@ -144,6 +144,7 @@ impl Front {
                 (self.slots.len() - 1) as u32
             }
         };
+        // Requests enter in program order: behind another one its own arrival decides nothing.
         if self.order.is_empty() {
             self.due = self.due.min(request.arrival.max(floor));
         }
@@ -259,6 +260,7 @@ impl Front {
     pub(super) fn accepted(&mut self, sequence: u32, now: u64) {
         let mask = self.accepted.len() - 1;
         self.accepted[sequence as usize & mask] = now;
+        // While channels run ahead, `run_ahead` moves the window itself, in the order of time.
         if sequence == self.oldest as u32 && !self.runs_ahead {
             while self.oldest < self.next && self.is_accepted(self.oldest) {
                 self.leave_window();
@@ -293,6 +295,8 @@ impl Front {
     #[inline]
     pub(super) fn is_full(&self) -> bool {
         let window = self.next - self.oldest == self.window;
+        // With a limit of reads a completion lets the next one enter, and completions are not known
+        // ahead.
         window && self.reads_max == u64::MAX && !self.order.is_empty() && self.due == NEVER
     }
 
@@ -319,6 +323,8 @@ impl Front {
             if now == NEVER {
                 break;
             }
+            // All that were accepted by then leave together: there is room for others in the next
+            // CK.
             while self.accepted_at(self.oldest) <= now {
                 self.leave_window();
                 if self.oldest == self.next {
@@ -367,6 +373,8 @@ impl Front {
     pub(super) fn burst_done(&mut self, slot: u32, time: u64) {
         let state = &mut self.slots[slot as usize];
         state.left -= 1;
+        // Bursts of a request lie in several channels: the last to be issued need not be the last
+        // to end.
         state.last = state.last.max(time);
         if state.complete && state.left == 0 {
             self.finish(slot);
@@ -408,6 +416,7 @@ impl Front {
         if write || entered == NEVER {
             return Some((time, ticket));
         }
+        // A read that the limit held back may enter in the next CK.
         if self.reads_in_flight >= self.reads_max && !self.order.is_empty() {
             self.due = self.due.min(time + 1);
         }

@@ -79,6 +79,7 @@ impl BankedChannel {
                 self.due.remove(0);
             }
         }
+        // Times of many banks have moved at once, so that no class is still right.
         self.forget_classes();
     }
 
@@ -146,6 +147,8 @@ impl BankedChannel {
             true => (rules.write_to_read_short, rules.write_to_read_long),
             false => (rules.read_to_write, rules.read_to_write),
         };
+        // Columns keep their distance within the pseudo channel, a longer one within the bank
+        // group.
         let first = pseudo * rules.groups();
         for i in first..first + rules.groups() {
             let same = i == own;
@@ -170,6 +173,7 @@ impl BankedChannel {
         if self.is_empty() {
             self.sleep.rest(now, self.open != 0, &rules.sleep_after);
         }
+        // A read is done with its data; what is written has been in the queue since its acceptance.
         (slot, if write { now } else { now + rules.read_data })
     }
 
@@ -179,6 +183,7 @@ impl BankedChannel {
         if bank.active != NONE || bank.lists[READ].hit != NONE || bank.lists[WRITE].hit != NONE {
             return;
         }
+        // No command is issued: the bank closes as soon as tRAS and tRTP or tWR allow it.
         let closes = bank.row_ok[PRECHARGE];
         let activate_ok = &mut bank.row_ok[ACTIVATE];
         *activate_ok = (*activate_ok).max(closes + rules.precharge_to_activate);
@@ -198,6 +203,7 @@ impl BankedChannel {
     ) {
         self.count_first(index, MISS);
         self.counts.activates += 1;
+        // Its place in the queue is free before its column: the bank stays open for it (`active`).
         self.leave_queue(number, index);
         let row = self.entries.get(index).row;
         let bank = self.banks.at_mut(number);
@@ -213,6 +219,7 @@ impl BankedChannel {
             *ok = (*ok).max(now + apart);
         }
         let pseudo = self.pseudo_channels.at_mut(pseudo);
+        // Of the last four windows the oldest bounds the next activate.
         pseudo.faw_ends[pseudo.faw_oldest % 4] = now + rules.four_activates;
         pseudo.faw_oldest = (pseudo.faw_oldest + 1) % 4;
         pseudo.faw_ok = pseudo.faw_ends[pseudo.faw_oldest];
@@ -242,6 +249,7 @@ impl BankedChannel {
     /// Opens a row for the active entry of a bank.
     #[inline]
     fn open<const P: bool>(&mut self, number: usize, row: u32, now: u64, rules: Known<'_, P>) {
+        // Time with a row open begins with the first row of the channel.
         if self.open == 0 {
             self.sleep.count(now, false, &rules.sleep_after);
         }
@@ -259,6 +267,7 @@ impl BankedChannel {
         }
         let floor = self.bus_free[0].max(now);
         self.column_changed(number, kind, floor, rules);
+        // The column of an activated row goes whatever the direction is.
         if kind != self.direction() {
             self.column_changed(number, 1 - kind, floor, rules);
         }
@@ -339,7 +348,9 @@ impl BankedChannel {
             return false;
         }
         let intervals = until.saturating_sub(self.next_refresh) / rules.refresh_interval;
+        // Whole rounds, so that the bank whose turn it is stays the same.
         let round = if rules.refresh == Refresh::PerBank { rules.banks() as u64 } else { 1 };
+        // The last round is simulated, so that banks are as a refresh leaves them.
         let skipped = (intervals / round).saturating_sub(1) * round;
         self.next_refresh += skipped * rules.refresh_interval;
         if rules.refresh == Refresh::PerBank {
@@ -361,6 +372,7 @@ impl BankedChannel {
             Due::Bank(bank) => (usize::from(bank), usize::from(bank) + 1),
         };
         let banks = || (first..end).map(|number| self.banks.at(number));
+        // Rows that were opened for a request are used first, or their activates were wasted.
         if banks().any(|b| b.active != NONE) {
             return;
         }

@@ -78,6 +78,8 @@ impl BankedChannel {
         if self.turns(now, rules) {
             self.write_mode = !self.write_mode;
             if self.write_mode {
+                // Writes that begin because they waited too long go on until all that wait now have
+                // gone (A117).
                 self.overdue = if now >= self.late_from { self.len[WRITE] } else { 0 };
                 self.late_from = u64::MAX;
             } else {
@@ -91,6 +93,7 @@ impl BankedChannel {
     #[inline]
     pub(super) fn turns<const P: bool>(&self, now: u64, rules: Known<'_, P>) -> bool {
         let [reads, writes] = self.len;
+        // Two marks, because every turn of the data bus costs time: writes go in groups.
         if self.write_mode {
             writes < rules.write_low && reads > 0 && self.overdue == 0
         } else {
@@ -132,6 +135,7 @@ impl BankedChannel {
             }
         } else if list.miss != NONE {
             let miss = self.entries.get(list.miss);
+            // Closing the row now would make its older request open it once more.
             let keeps_row = column != NO_KEY
                 && rules.keeps_rows
                 && self.entries.get(list.hit).accepted <= miss.accepted;
@@ -246,6 +250,7 @@ impl BankedChannel {
                 found.add(floor, time, bank.column_key[mode], number);
             }
         }
+        // A row that was opened for a request is used even if the direction has turned since.
         for number in bits(self.columns[1 - mode]) {
             let key = self.banks.at(number).column_key[1 - mode];
             found.add(floor, self.column_time(number, 1 - mode, rules), key, number);
@@ -395,6 +400,7 @@ impl BankedChannel {
             NONE => None,
             head => Some((self.entries.get(head).key, number)),
         };
+        // Keys are ages: the least is the oldest request, the only one that may go (`fcfs`).
         if let Some((_, number)) = (0..rules.banks()).filter_map(head).min() {
             let list = &self.banks.at(number).lists[mode];
             let [column, row] = self.commands_of(number, now, rules);

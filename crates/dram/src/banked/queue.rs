@@ -104,6 +104,7 @@ impl Entries {
             self.get_mut(list.tail).next = index;
         }
         list.tail = index;
+        // The list is in the order of age, so that the first of a kind is the oldest of it.
         let first = if burst.row == open { &mut list.hit } else { &mut list.miss };
         let is_first = *first == NONE;
         if is_first {
@@ -116,6 +117,7 @@ impl Entries {
     #[inline]
     pub(super) fn unlink(&mut self, index: u16, list: &mut QueueList, open: u32) {
         let QueueEntry { next, prev, .. } = *self.get(index);
+        // The first of its kind: the next one can only lie behind it.
         if list.hit == index {
             list.hit = self.find(next, |row| row == open);
         }
@@ -175,6 +177,7 @@ impl Writes {
 
     #[inline]
     pub(super) fn has(&self, burst: u64) -> bool {
+        // Most bursts are not queued, and the count says so without a search.
         self.counts[Self::place(burst)] > 0 && self.bursts.contains(&burst)
     }
 

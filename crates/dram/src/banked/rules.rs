@@ -106,6 +106,7 @@ impl Rules {
     pub(super) fn new(device: &Device) -> Self {
         let (o, t, c) = (&device.organisation, &device.timing, &device.controller);
         let banks = u64::from(o.pseudo_channels * o.bank_groups * o.banks);
+        // A refresh of one bank comes as often as all of them have to be refreshed in an interval.
         let each = match c.refresh {
             Refresh::PerBank => u64::from(t.refresh_interval) / banks,
             Refresh::None | Refresh::AllBank => u64::from(t.refresh_interval),

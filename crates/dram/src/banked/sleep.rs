@@ -20,6 +20,7 @@ impl Sleep {
             self.idle.map_or(now, |idle| idle.saturating_add(threshold).clamp(self.since, now))
         };
         let (down, own) = (from(after[0]), from(after[1]));
+        // What is neither active nor asleep is precharged standby, and follows from the rest.
         if open {
             self.active += down - self.since;
         }

@@ -17,6 +17,7 @@ pub(super) fn problems(device: &Device) -> DeviceFound {
         found.push(("clock-period", "`clock-period` must lie between 10 ps and 1 us".to_owned()));
     }
     sizes(device, &mut found);
+    // Address bits are counted in powers of two: without these there is no mapping to look at.
     if found.is_empty() {
         mapping(device, &mut found);
     }

@@ -28,6 +28,7 @@ static CORRECTIONS: LazyLock<Vec<[f32; 2]>> = LazyLock::new(|| {
         let [first, second] = [BETA_1, BETA_2].map(|b| 1.0 / (1.0 - b.powi(steps)));
         [first as f32, second.sqrt() as f32]
     };
+    // In single precision both are 1 after some thousands of steps: there the list may end.
     (1..).map(of).take_while(|c| *c != [1.0; 2]).collect()
 });
 
@@ -77,6 +78,7 @@ pub(super) fn step(
     let Adam { first, second, steps: counts } = adam;
     let moments = parts(first).zip(parts(second)).zip(counts.chunks_mut(PART));
     let work: Vec<_> = parts(scene).zip(moments).collect();
+    // The first in the order of Gaussians, whichever thread ends first: messages repeat.
     let bad = work.into_par_iter().enumerate().find_map_first(|(i, (values, moments))| {
         let ((first, second), counts) = moments;
         AdamPart { values, first, second, counts }.step(i * PART, read, slopes, &steps)
@@ -172,6 +174,8 @@ impl AdamPart<'_> {
         for seen in seen.chunks(LANES) {
             let rendered = read.map_or_else(|| self.values.stretch(), Stretch::all);
             slopes.find(&rendered, first, seen, &mut block);
+            // All gradients of a block are looked at before any of it steps: no block is half
+            // moved.
             for (lane, &place) in seen.iter().enumerate() {
                 if let Some((group, position)) = bad(&block, lane, n) {
                     return Some(BadGradient { group, gaussian: first + place as usize, position });

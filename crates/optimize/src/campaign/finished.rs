@@ -157,6 +157,7 @@ impl Run<'_> {
             Album::of(&viewer, ours, pruned.as_ref(), campaign.references.is_own())
         };
         let album = ours.as_ref().map(album).transpose().map_err(FovealError::from)?;
+        // The colour filter changes what is shown, and has no model of its own.
         let model = match cheapest(&measured, 0) {
             Some(Method::PowerGs) => ours,
             Some(Method::FrRender) => pruned,

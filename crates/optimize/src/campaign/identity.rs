@@ -19,6 +19,7 @@ struct Hash(Xxh3);
 impl Hash {
     fn add(&mut self, value: &impl Serialize) {
         let bytes = postcard::to_stdvec(value).expect("numbers, text and lists");
+        // Lengths keep values apart that have the same bytes in a row.
         self.0.update(&(bytes.len() as u64).to_le_bytes());
         self.0.update(&bytes);
     }

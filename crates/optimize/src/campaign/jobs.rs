@@ -91,8 +91,10 @@ impl Run<'_> {
             if campaign.keep_all || kept.iter().any(|o| o.name == job.name) {
                 self.checkpoints.save_model(&job.name, &model)?;
             }
+            // Before `clear`, which may load another one: two take much memory.
             drop(model);
             self.save(None)?;
+            // After the checkpoint: if it is stopped in between, the old one finds all its models.
             self.clear()?;
         }
         self.forget(1)?;

@@ -70,6 +70,7 @@ impl Campaign {
                 request.lpips.as_ref().map_or(Ok(()), |l| l.0.check_size(*width, *height));
             checked.map_err(|error| CampaignError::Lpips { view: name.clone(), error })?;
         }
+        // Before views are made below, which gate and count for nothing else.
         let (power_views, priced) =
             request.power_views.of(&cameras, &split, &request.power_cameras, request.full_size)?;
         if settings.gate == Gate::Validation && request.foveation.is_none() {
@@ -79,6 +80,7 @@ impl Campaign {
             split.also_validate(first..cameras.len());
         }
         let shown = request.foveation.as_ref().map(|f| levels_shown(f.screen, &power_views));
+        // Once more, now that it is known how many levels the views show.
         let plan = goals.plan(settings.gate, is_own, &names, shown.unwrap_or(1))?;
         let mut campaign = Campaign {
             name: request.name,

@@ -72,6 +72,7 @@ impl Plan {
         if self.awaits_held_out(done) {
             needed.extend(by_role(Role::HeldOut));
         }
+        // Two stages begin with the model that is only pruned.
         let two_stage = Baseline::TwoStage;
         if self.baselines.contains(&two_stage) && by_role(Role::Baseline(two_stage)).count() == 0 {
             needed.extend(by_role(Role::Baseline(Baseline::RenderOnly)).filter(|o| is_first(o)));

@@ -189,6 +189,7 @@ impl<'a> Search<'a> {
             Some(o) => Some(o).filter(is_there).or_else(|| self.nearest(rho, self.place.variant)),
             None => None,
         };
+        // The rendering end prunes as far as it can, so that no start is pruned too far.
         let most = if is_end { 1.0 } else { rho };
         let higher = self.place.variant.checked_sub(1).and_then(|v| self.nearest(most, v));
         match (said, higher) {
@@ -237,6 +238,7 @@ impl<'a> Search<'a> {
         let is_published = matches!(self.plan.schedule, Schedule::Published { .. });
         // After pruning there is another slack, and another λ.
         let lambda = from.and_then(|o| o.passing_lambda);
+        // Below half a Gaussian nothing is left to prune.
         let (pruning, display) = if rho - pruned < 0.5 / self.points.max(1) as f64 {
             (Pruning::Never, self.dimmed(0, lambda, iterations))
         } else if is_published {
@@ -245,6 +247,7 @@ impl<'a> Search<'a> {
             let steps = ((rho - pruned) / STEP).ceil().max(1.0) as u32;
             let every = share_of(iterations, PRUNING) / steps;
             let every = every.min(2 * self.settings.interval);
+            // The last iteration at least has the display term.
             let from =
                 (every * steps + (f64::from(iterations) * RECOVERY) as u32).min(iterations - 1);
             (self.steps(rho, steps, every), self.dimmed(from, None, iterations - from))

@@ -35,6 +35,7 @@ pub fn labels(scene: &Gaussians, entries: u32) -> Vec<u32> {
     }
     let mut rng = Pcg64Mcg::seed_from_u64(SEED);
     let mut order: Vec<usize> = (0..vectors.len()).collect();
+    // A shuffle only as far as entries are taken from it.
     for first in 0..entries {
         let other = rng.random_range(first as u64..vectors.len() as u64) as usize;
         order.swap(first, other);
@@ -93,6 +94,7 @@ fn vectors(scene: &Gaussians) -> Vec<Vector> {
 fn means(vectors: &[Vector], labels: &[u32], entries: usize) -> Vec<Vector> {
     let mut sums = vec![[0.0_f64; WIDTH]; entries];
     let mut counts = vec![0_u32; entries];
+    // By one thread, so that sums do not depend on how many there are.
     for (vector, &label) in vectors.iter().zip(labels) {
         counts[label as usize] += 1;
         let sum = &mut sums[label as usize];
@@ -117,6 +119,7 @@ fn nearest(vectors: &[Vector], book: &mut [Vector]) -> Vec<u32> {
     if !empty.is_empty() {
         let mut far: Vec<usize> = (0..found.len()).collect();
         far.sort_unstable_by(|&a, &b| found[b].1.total_cmp(&found[a].1).then(a.cmp(&b)));
+        // Who already has an entry of exactly its value gains nothing by another.
         let apart = far.into_iter().filter(|&i| found[i].1 > 0.0).take(empty.len());
         let moved: Vec<usize> = apart.collect();
         for (entry, i) in empty.into_iter().zip(moved) {

@@ -97,6 +97,7 @@ impl Tuner<'_> {
         let aim_db = AIM * self.setup.settings.epsilon_db;
         let is_due = before_db.is_finite() && before_db > aim_db;
         let (direction, growth) = self.direction(scene).filter(|_| is_due)?;
+        // The square error in units of that at the target.
         let error = |margin_db: f64| 10f64.powf(-margin_db / 10.0);
         let (before, goal) = (error(before_db), error(aim_db));
         // The first guess is by the square error alone; then by what the target says of it.
@@ -122,6 +123,8 @@ impl Tuner<'_> {
                 break;
             }
             let growth = (error(margin_db) - before) / (length * length);
+            // Not a number where the quality did not fall: then the length is halved or doubled
+            // below.
             let next = by_square(growth);
             length = match high {
                 Some(high) if low < next && next < high => next,

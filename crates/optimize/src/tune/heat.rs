@@ -102,6 +102,7 @@ impl Heat {
             self.left = (self.left * BETTER).min(self.bearable);
         }
         if is_recovering && self.is_shaken(rise_db) {
+            // The same checks are not held against the steps twice.
             self.found = 1;
             self.left *= SHAKEN;
             self.bearable *= SHAKEN;

@@ -119,6 +119,7 @@ impl Tuner<'_> {
             self.state.best = Some((scene, check));
             return Ok(Some(seen));
         }
+        // Extended once only, so that it ends.
         if self.state.extended.is_some() {
             let spare = self.state.spare.take().filter(|(_, check)| check.sure);
             self.state.best = spare.or(Some((scene, Check { sure: false, ..check })));

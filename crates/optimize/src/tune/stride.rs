@@ -52,6 +52,7 @@ impl Stride {
     }
 
     fn observe(&mut self, margin_db: f64) {
+        // Only the first check after a prune shows its price; later ones show the recovery.
         if self.waited == 0 {
             self.cost_db = (self.before_db - margin_db) / self.length;
         }

@@ -181,6 +181,7 @@ impl Maker<'_> {
                     lanes[i] = paint.logit_opacity;
                 }
             }
+            // Else the compiler would leave out these reads, whose values are not used here.
             std::hint::black_box(dc);
             let [a, b, c] = logits;
             let mut upper = dispatch!(self.level, simd =>
@@ -229,6 +230,7 @@ impl Maker<'_> {
         out: &mut Layers,
     ) {
         let mut splat = v.splat;
+        // The brightest level decides which tiles are touched: the list serves all levels.
         for &opacity in &opacities[1..=usize::from(highest)] {
             splat.opacity = splat.opacity.max(opacity);
         }

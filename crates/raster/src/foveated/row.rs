@@ -276,7 +276,10 @@ impl LevelTile<'_> {
             });
             let [a, b] = seen;
             let iterated = a.1.max(b.1);
+            // Entries that both levels looked at: the shorter of the two walks.
             let both = if takes_part == [true, true] { a.1.min(b.1) } else { 0 };
+            // Unlike the column of the first level, this one leaves out the entry that stops a
+            // pixel.
             let blended_2 = b.2 - u32::from(b.3);
             let i = row.start + x;
             (out.stop_rank[i], out.blended[i]) = (a.0, a.2);

@@ -70,6 +70,7 @@ impl Row {
         let grid = runs.grid;
         let palette = ByRun { ranks: &self.ranks, paints };
         let mut block = BlendBlock::new();
+        // Lent to the block, which appends: one list has the hits of all tiles of the row.
         block.hits = std::mem::take(&mut self.hits);
         block.hits.clear();
         self.starts.clear();

@@ -217,6 +217,7 @@ fn unblend_row<S: Simd>(
     let gc = b.mul_add(cb, g.mul_add(cg, r * cr)) * weight;
     let behind = f32x16::from_slice(simd, &row.behind) - gc;
     behind.store_slice(&mut row.behind);
+    // α is at most 0.99 here, so that nothing is divided by 0.
     let s = gc - behind * (alpha / (-alpha + 1.0));
     let flows = goes_on & exact.simd_le(f32x16::splat(simd, alpha_limit));
     UnblendRow { weight, s: flows.select(s, zero), gradient: [r, g, b] }

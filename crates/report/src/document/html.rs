@@ -1,6 +1,6 @@
 //! HTML: one file that needs no network, prints well, and answers where scripts run.
 
-use super::{Block, Document, PageDesigns, Span, Table, Text};
+use super::{Block, Document, PageDesigns, Shown, Span, Table, Text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use powergs_chart::{Chart, DrawError, Sheet, Style};
@@ -28,16 +28,21 @@ impl Document {
              href=\"data:,\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n\
              <body>\n<main>\n"
         );
-        page += &self.fragment()?;
+        page += &self.body(|shown| shown.on_screen())?;
         Ok(page + "</main>\n<script>\n" + SCRIPT + "</script>\n</body>\n</html>\n")
     }
 
-    /// What stands in the page, without head and style: for a page of somebody else.
+    /// What stands in the page, without head and style, and without what names files of a folder:
+    /// for a page of the caller, such as a notebook.
     ///
     /// # Errors
     /// As [`Document::html`].
     pub fn fragment(&self) -> Result<String, DrawError> {
-        let shown = self.blocks.iter().filter(|(shown, _)| shown.on_screen());
+        self.body(|shown| shown.on_screen() && shown != Shown::Folder)
+    }
+
+    fn body(&self, keep: impl Fn(Shown) -> bool) -> Result<String, DrawError> {
+        let shown = self.blocks.iter().filter(|(shown, _)| keep(*shown));
         // Regions that can be scrolled have different names.
         let (mut section, mut tables) = (String::new(), 0);
         let mut block = |(_, block): &(_, Block)| {
@@ -151,6 +156,9 @@ fn words(text: &Text) -> String {
         Span::Plain(words) => escaped(words),
         Span::Code(words) => format!("<code>{}</code>", escaped(words)),
         Span::Strong(words) => format!("<strong>{}</strong>", escaped(words)),
+        Span::Link(words, address) => {
+            format!("<a href=\"{}\">{}</a>", escaped(address), escaped(words))
+        }
     };
     text.spans.iter().map(span).collect()
 }

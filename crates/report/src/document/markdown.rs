@@ -58,6 +58,7 @@ fn words(text: &Text) -> String {
         Span::Plain(words) => escaped(words),
         Span::Code(words) => format!("`{}`", clean(&words.replace('`', "'"))),
         Span::Strong(words) => format!("**{}**", escaped(words)),
+        Span::Link(words, address) => format!("[{}](<{}>)", escaped(words), clean(address)),
     };
     text.spans.iter().map(span).collect()
 }

@@ -9,6 +9,8 @@ pub enum Span {
     Code(String),
     /// What must not be missed.
     Strong(String),
+    /// Words with the address of what they name.
+    Link(String, String),
 }
 
 /// A sentence or a few.
@@ -70,6 +72,16 @@ impl Text {
         text
     }
 
+    /// Words that lead to an address, where there is one.
+    pub fn link(words: impl Into<String>, address: Option<String>) -> Text {
+        let words = words.into();
+        let span = match address {
+            Some(address) => Span::Link(words, address),
+            None => Span::Plain(words),
+        };
+        Text { spans: vec![span] }
+    }
+
     /// What must not be missed.
     pub fn strong(words: impl Into<String>) -> Text {
         Text { spans: vec![Span::Strong(words.into())] }
@@ -96,7 +108,9 @@ impl Span {
     /// The words without marks.
     pub fn words(&self) -> &str {
         match self {
-            Span::Plain(words) | Span::Code(words) | Span::Strong(words) => words,
+            Span::Plain(words) | Span::Code(words) | Span::Strong(words) | Span::Link(words, _) => {
+                words
+            }
         }
     }
 }

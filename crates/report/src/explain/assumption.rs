@@ -12,9 +12,12 @@ use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES};
 pub const KIND: &str = "assumption";
 
 /// The pages that have the whole text of assumptions.
-const PAGES: [(&str, &str); 4] = [
+const PAGES: [(&str, &str); 7] = [
     ("docs/model.md", include_str!("../../docs/model.md")),
     ("docs/model-accel.md", include_str!("../../docs/model-accel.md")),
+    ("docs/model-resident.md", include_str!("../../docs/model-resident.md")),
+    ("docs/model-gpu.md", include_str!("../../docs/model-gpu.md")),
+    ("docs/elsewhere.md", include_str!("../../docs/elsewhere.md")),
     ("docs/dram.md", include_str!("../../docs/dram.md")),
     ("docs/energy.md", include_str!("../../docs/energy.md")),
 ];

@@ -46,8 +46,10 @@ const REASONS: usize = 20;
 
 /// What every number here leaves out.
 const LIMITS: &str = "The front is that of the designs that were simulated, not of all that could \
-be. Ranges scale by the front, so another condition can move the knee. Effects that the model \
-leaves out are listed in docs/limits.md; every number is defined in docs/analysis.md.";
+be. Ranges scale by the front, so another condition can move the knee.";
+/// Where they are listed.
+const PAGES: &str = "Effects that the model leaves out are listed in docs/limits.md; every number \
+is defined in docs/analysis.md.";
 
 /// What is printed, and the pages with `charts`: the front, the knee with its reason, the named
 /// design, marginal values, the stability of the ranking.
@@ -110,7 +112,8 @@ pub fn document(
     let (whole, fixed) = front(analysis, &shown, Shown::Page);
     page.on(Shown::Page, Block::Table(whole));
     page.page_paragraph(fixed);
-    page.page_paragraph(Text::marked("All columns of these designs: `pareto.csv`."));
+    let columns = Text::marked("All columns of these designs: `pareto.csv`.");
+    page.on(Shown::Folder, Block::Paragraph(columns));
     steps(&mut page, analysis, analysis.knee, &analysis.around_knee);
     if let Some(row) = analysis.baseline {
         steps(&mut page, analysis, row, &analysis.around_baseline);
@@ -137,6 +140,7 @@ pub fn document(
     }
     page.page_heading("Limits");
     page.page_paragraph(LIMITS);
+    page.on(Shown::Folder, Block::Paragraph(PAGES.into()));
     page.page_paragraph(format!("Model version {MODEL_VERSION}; powergs-sim {TOOL_VERSION}."));
     page
 }

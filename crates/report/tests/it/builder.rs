@@ -320,6 +320,7 @@ pub fn facts(frames: usize) -> Facts {
             second_master_gb_s: None,
             left_out: not_modelled(),
             roofline: Some(roofline()),
+            sources: vec!["A5".into(), "gscore".into()],
         },
         inputs: vec![Input {
             role: "trace",
@@ -401,6 +402,7 @@ pub fn paper() -> Run {
         second_master_gb_s: None,
         left_out: not_modelled(),
         roofline: None,
+        sources: Vec::new(),
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();
     run

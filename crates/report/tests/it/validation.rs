@@ -1,4 +1,4 @@
-//! `docs/validation.md` and what `validate` prints.
+//! `evidence/validation.md` and what `validate` prints.
 
 use expect_test::expect_file;
 use powergs_report::validate::{differences, document, page};
@@ -13,7 +13,7 @@ fn the_page_is_that_of_the_tables() {
         judge(row, ours, ours)
     };
     let judged: Vec<Judged> = tables.rows.iter().map(of_baseline).collect();
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/validation.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../evidence/validation.md");
     expect_file![path].assert_eq(&page(&tables, &judged));
     for line in document(&judged).terminal(80).lines() {
         assert!(line.chars().count() <= 80, "{line}");

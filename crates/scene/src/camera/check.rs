@@ -1,6 +1,6 @@
 //! The check of cameras from every source.
 
-use glam::DMat3;
+use glam::{DMat3, DMat4, DVec4};
 
 use super::{Camera, CameraError};
 
@@ -63,6 +63,54 @@ pub(super) fn checked(
     camera.world_to_camera =
         rotation(camera.world_to_camera).map_err(|what| fault(keys.rotation, what))?;
     Ok(camera)
+}
+
+/// A camera of the matrices of computer vision: `intrinsics` with focal lengths and principal point
+/// in pixels from the left and top edges, and the pose from world to camera, in which x points to
+/// the right, y down and z forward. `size` is in pixels.
+///
+/// # Errors
+/// [`CameraError::Value`]: skew, a pose that is no rotation and translation, values out of range.
+pub fn of_matrices(
+    name: &str,
+    intrinsics: DMat3,
+    world_to_camera: DMat4,
+    size: [u32; 2],
+) -> Result<Camera, CameraError> {
+    let keys = CameraKeys {
+        size: ["size"; 2],
+        focal: ["K"; 2],
+        principal: ["K"; 2],
+        rotation: "world_to_camera",
+        centre: "world_to_camera",
+    };
+    let fault = |key, what: &str| {
+        Err(CameraError::Value { view: name.to_owned(), key, what: what.to_owned() })
+    };
+    let k = |row: usize, column: usize| intrinsics.col(column)[row];
+    if [k(0, 1), k(1, 0), k(2, 0), k(2, 1)].iter().any(|x| *x != 0.0) || k(2, 2) != 1.0 {
+        return fault("K", "is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]; skew is not rendered");
+    }
+    let last = world_to_camera.row(3);
+    if last != DVec4::W {
+        return fault("world_to_camera", "its last row is not 0 0 0 1");
+    }
+    let rotation = DMat3::from_mat4(world_to_camera);
+    let translation = world_to_camera.w_axis.truncate();
+    let camera = Camera {
+        name: name.to_owned(),
+        width: size[0],
+        height: size[1],
+        fx: k(0, 0),
+        fy: k(1, 1),
+        cx: k(0, 2),
+        cy: k(1, 2),
+        world_to_camera: rotation,
+        centre: -(rotation.transpose() * translation),
+        split: None,
+        eye: None,
+    };
+    checked(camera, name, &keys)
 }
 
 /// The nearest rotation to `m`, which must be one within [`ROTATION_TOLERANCE`].

@@ -209,6 +209,7 @@ impl Expr {
         }
         let tokens = lex::tokens(text)?;
         let mut root = parse::parse(text, &tokens)?;
+        // Only the tree says which two sides are compared.
         units::fit(text, &mut root)?;
         Ok(Expr { text: text.to_owned(), root })
     }
@@ -302,6 +303,7 @@ impl std::str::FromStr for Expr {
 /// Calls `each` on every part, in the order of the text but for operators, which come before their
 /// sides.
 fn visit<'a>(root: &'a Node, each: &mut impl FnMut(&'a Node)) {
+    // A list in place of recursion: a chain of operators is as deep as it is long.
     let mut open = vec![root];
     while let Some(node) = open.pop() {
         each(node);

@@ -226,6 +226,18 @@ pub struct Sampling {
     pub generations: u32,
 }
 
+impl Sampling {
+    /// Points of a generation of a search: fewer than four have no front to spread.
+    pub fn generation(&self) -> u32 {
+        self.population.max(4)
+    }
+
+    /// Points that a search asks for, at most.
+    pub fn searched(&self) -> u64 {
+        u64::from(self.generation()) * u64::from(self.generations)
+    }
+}
+
 impl Default for Sampling {
     fn default() -> Self {
         Self { method: Method::Grid, points: None, seed: 1, population: 32, generations: 16 }

@@ -214,6 +214,7 @@ impl Domain {
                 return measure.write(*n).map(Value::String);
             }
             (Domain::Integer(..), expr::Value::Number(n)) => {
+                // Rounding must not make a fraction of what is whole in decimals.
                 let n = twelve_digits(*n);
                 if n.fract() != 0.0 || n.abs() >= 1e15 {
                     return Err(format!("is {n}, which is not a whole number: use ceil or floor"));

@@ -148,6 +148,7 @@ impl Library {
         if let Some(found) = lock().get(&id) {
             return found.clone();
         }
+        // Without the lock, so that others need not wait; two who make the same make it alike.
         let made = self.make::<T>(name, beside, changes).map(Arc::new);
         let mut shelf = lock();
         if shelf.len() < KEPT_MAX {
@@ -172,6 +173,7 @@ impl Library {
                     return Err(format!("{} `{name}` has no `{}`", T::KIND.name(), key.path));
                 }
             }
+            // Read anew: a changed file is checked like any other.
             value = T::read(&table.to_string()).map_err(|e| changed(T::KIND, name, &e))?;
             table = table_of(&value)?;
         }

@@ -86,6 +86,16 @@ pub struct Outcome {
     pub means: Vec<Option<f64>>,
 }
 
+impl Outcome {
+    /// Of the reports of frames in the order of their trace, the eyes of a period as one; `None`
+    /// without frames.
+    pub fn of(frames: &[FrameReport], display_fps: f64) -> Option<Outcome> {
+        let mut sum = Accumulator::default();
+        frames.iter().for_each(|frame| sum.add(frame.clone(), 1, display_fps));
+        sum.finish()
+    }
+}
+
 /// Adds up frames; they must come in the order of the trace.
 #[derive(Debug, Clone)]
 pub(crate) struct Accumulator {

@@ -100,6 +100,7 @@ impl<W: Write> ParquetWriter<W> {
                 .int(3, size(compressed.len())?)
                 .inner(5, values.int(4, RLE))
                 .bytes();
+            // The sizes of a column count the headers of its pages.
             let sizes = [page.len(), compressed.len()].map(|n| (header.len() + n) as i64);
             let chunk = Struct::new()
                 .int(1, physical(column.kind))

@@ -53,6 +53,7 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
         }
         RangeWalk::Geometric(count) => {
             let ratio = (to / from).ln() / f64::from(count - 1);
+            // The end is as it was given, not what `exp` makes of it.
             let inner = (0..count - 1).map(|i| from * (ratio * f64::from(i)).exp());
             inner.chain([to]).collect()
         }
@@ -64,6 +65,7 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
         let number = super::measure::twelve_digits(number);
         let value = domain.write(&expr::Value::Number(number));
         let value = value.map_err(|e| format!("value {number}: {}", about(key, &e)))?;
+        // Rounding to whole numbers may give one twice.
         if all.last() != Some(&value) {
             all.push(value);
         }
@@ -108,6 +110,7 @@ fn walk(
 fn row(from: f64, to: f64, at: impl Fn(u32) -> f64) -> Result<Vec<f64>, String> {
     let end = to + to.abs().max(from.abs()) * SLACK;
     let limit = VALUES_MAX as u32;
+    // One more than are allowed, so that too many are noticed.
     let row: Vec<f64> = (0..=limit).map(at).take_while(|n| *n <= end).collect();
     if row.len() > VALUES_MAX {
         return Err(format!("more than {VALUES_MAX} values on one axis: a typing error?"));

@@ -31,7 +31,7 @@ mod traces;
 mod watch;
 mod work;
 
-pub(crate) use columns::column_hint;
+pub(crate) use columns::{column_hint, settings_columns};
 pub use folder::{Existing, Shard, SweepFolder};
 pub use opened::{Designs, OpenedSweep};
 pub use own::Sweep;

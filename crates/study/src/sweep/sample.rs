@@ -83,6 +83,7 @@ impl Iterator for Selection {
         let points = self.lattice.points();
         match &mut self.way {
             SampleWay::Grid { total } => {
+                // A product of two 64-bit numbers needs more bits than one has.
                 let place = u128::from(number) * u128::from(points) / u128::from(*total);
                 Some(place as u64)
             }
@@ -104,6 +105,7 @@ impl Iterator for Selection {
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
+        // Points of Sobol sequences and lists may run out earlier.
         (0, usize::try_from(self.left).ok())
     }
 }
@@ -136,6 +138,7 @@ fn latin(lattice: &Lattice, n: u64, seed: u64) -> Vec<u64> {
             })
             .collect();
         column.shuffle(&mut random);
+        // As `Lattice::index` counts: the last axis fastest.
         for (index, digit) in indices.iter_mut().zip(column) {
             *index = *index * len + u64::from(digit);
         }

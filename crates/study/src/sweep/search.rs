@@ -51,7 +51,7 @@ impl Search {
     pub fn new(lattice: &Lattice, sampling: &Sampling) -> Search {
         Search {
             lattice: lattice.clone(),
-            population: (sampling.population.max(4)) as usize,
+            population: sampling.generation() as usize,
             generations: sampling.generations,
             budget: sampling.points.unwrap_or(u64::MAX),
             random: Pcg64::seed_from_u64(sampling.seed),
@@ -86,11 +86,13 @@ impl Search {
     /// not matter.
     pub fn tell(&mut self, results: &[(u64, Option<FrontTrial>)]) {
         for (index, values) in results {
+            // What is not finite cannot be ranked: it is as good as failed.
             let is_finite =
                 |t: &FrontTrial| t.miss.is_finite() && t.costs.iter().all(|x| x.is_finite());
             let usable = values.clone().filter(is_finite);
             self.results.insert(*index, usable);
         }
+        // Elitist, as NSGA-II is: parents compete with their children.
         let mut candidates: BTreeSet<u64> = results.iter().map(|(index, _)| *index).collect();
         candidates.extend(&self.parents);
         let alive = |i: &u64| Some((*i, self.results.get(i)?.clone()?));
@@ -117,6 +119,7 @@ impl Search {
         if self.known.contains(&index) {
             return;
         }
+        // Several points may be one design, which must not be asked for twice.
         if let Some(index) = allowed(index)
             && self.known.insert(index)
         {
@@ -131,6 +134,7 @@ impl Search {
             return;
         }
         let mut sequence = sobol::Sobol::new(moving, self.random.random());
+        // Bounded, because a narrow space may have no further point.
         for _ in 0..wanted as u64 * TRIES {
             if asked.len() >= wanted {
                 break;
@@ -173,6 +177,7 @@ impl Search {
         let (mut child, other) = (self.lattice.digits(a), self.lattice.digits(b));
         let sides = self.lattice.sides().to_vec();
         if self.random.random_bool(CROSSOVER) {
+            // Uniform crossover: that two axes are neighbours in the file means nothing.
             for (digit, other) in child.iter_mut().zip(other) {
                 if self.random.random_bool(0.5) {
                     *digit = other;
@@ -180,11 +185,13 @@ impl Search {
             }
         }
         let moving = sides.iter().filter(|s| s.len > 1).count().max(1);
+        // One axis changes on average, the rate that is usual for NSGA-II.
         let chance = 1.0 / moving as f64;
         for (digit, side) in child.iter_mut().zip(&sides) {
             if side.len < 2 || !self.random.random_bool(chance) {
                 continue;
             }
+            // Always another value: the same one would often give a parent back, which is known.
             *digit = if side.ordered {
                 self.neighbour(*digit, side.len)
             } else {
@@ -197,6 +204,7 @@ impl Search {
     /// Another value of an ordered axis: mostly a step or two away, rarely far.
     fn neighbour(&mut self, digit: u32, len: u32) -> u32 {
         let reach = f64::from(len - 1);
+        // Uniform in its logarithm, so that short steps prevail on long axes, too.
         let far = reach.powf(self.random.random::<f64>()).round().max(1.0) as u32;
         let far = self.random.random_range(1..=far);
         let up = self.random.random_bool(0.5);

@@ -33,7 +33,7 @@ use derive::Derived;
 use draft::Draft;
 pub use free::FreeAxis;
 use names::Computed;
-pub(crate) use names::facts;
+pub(crate) use names::{facts, known};
 
 /// Label of the energy table that the machine names, where points name different ones.
 pub(crate) const OWN: &str = "own";

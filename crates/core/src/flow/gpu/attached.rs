@@ -132,6 +132,7 @@ impl AttachedWork {
             blends: 0,
             feature,
         };
+        // The unit has a clock of its own, and blocks count in cycles of the GPU.
         let ratio = clock.0 / spec.clock.0;
         for ((tile, cost), &misses) in workload.tiles.iter().zip(costs).zip(&filtered.by_tile) {
             work.blocks.push(MovedBlock {
@@ -181,6 +182,7 @@ fn cost(workload: &FrameWorkload, tile: usize, spec: &AttachedSpec) -> TileCost 
         AttachedImpl::Rows => {
             let mut units = vec![RowShare::default(); spec.lanes as usize];
             (0..last).for_each(|at| map.rows(at, &mut units));
+            // Rows are dealt once and for all, so that the tile takes as long as its fullest unit.
             cost.cycles = units.iter().map(|unit| unit.cycles).max().unwrap_or(0);
             for unit in &units {
                 cost.rows += unit.rows;

@@ -225,6 +225,8 @@ impl Drawn {
         let mut rank = 0;
         while rank + 1 < ends.len() {
             let first = rank;
+            // Quads are found by all threads for a part of the Gaussians at a time, which bounds
+            // the memory.
             while rank + 1 < ends.len() && ends[rank] - ends[first] < AT_ONCE {
                 rank += 1;
             }
@@ -270,6 +272,7 @@ fn quads(
     let (mut quads, mut found) = (SplatQuads { tile, ..SplatQuads::default() }, 0_u64);
     let mut ellipse = spans(splat, area).peekable();
     for (y, [first, end]) in box_spans(splat, area) {
+        // The ellipse may have rows above those of the box, and none where the box has one.
         while ellipse.next_if(|&(row, _)| row < y).is_some() {}
         let met = ellipse.peek().filter(|&&(row, _)| row == y).and_then(|&(_, span)| span);
         let met = met.unwrap_or_default();
@@ -513,6 +516,7 @@ impl QuadBins {
         drawn.blended += u64::from(bin.open_blends.count_ones());
         let places = u64::from(bin.places.count_ones());
         drawn.places += places;
+        // Tiles leave the L2 in the order in which they came in; one that left is read once more.
         let came = &mut self.came[key];
         if places > 0 && (*came == u64::MAX || self.coming - *came > self.cached) {
             drawn.missed += places;

@@ -73,6 +73,7 @@ impl FrameWarps {
         let tiles = 0..workload.tiles.len();
         let blocks = tiles.into_par_iter().map(|tile| block(workload, tile, shape.width)).collect();
         let points = workload.counters.points;
+        // A thread for each record: a block of the storage counters has as many as a warp.
         let warps = points.div_ceil(STORAGE_BLOCK);
         let mut pairs = vec![0_u32; workload.index.len()];
         workload.list.iter().for_each(|&rank| pairs[rank as usize] += 1);

@@ -185,6 +185,7 @@ impl Engine {
 
     pub fn step<O: Observer>(&mut self, now: u64, shared: &mut RegionShared<O>) -> u64 {
         self.account(now, shared.observer);
+        // From the back to the front: what a part frees can be used by the next in the same cycle.
         let acted = [
             self.put_out(now, shared),
             self.finish(now, shared),
@@ -229,6 +230,7 @@ impl Engine {
             Output::Begins => {
                 let path = shared.machine.compose.through;
                 let of_region = &mut shared.slices[job.region as usize];
+                // Slices lie in the order in which they ended; the last to end puts them together.
                 let place = first * u64::from(slices) + u64::from(of_region.ended) * pixels;
                 of_region.ended += 1;
                 match (of_region.ended == slices, path) {
@@ -424,6 +426,7 @@ impl Engine {
                     return false;
                 }
                 self.pixels.fill(now, room);
+                // A region without entries for the raster still has pixels, and may have a tail.
                 self.raster = match job.raster[0] == job.raster[1] {
                     true => Raster::Drains(now),
                     false => Raster::Chunks(None),
@@ -477,6 +480,7 @@ impl Engine {
         let Some(job) = next_job(shared) else { return false };
         let machine = shared.machine;
         if machine.region.slices > 1 && machine.compose.through == ComposePath::Stores {
+            // Its buffer keeps a slice until the region is put together: it would wait for itself.
             let mut own = self.jobs.iter().chain(self.output.iter().map(|(job, _)| job));
             if own.any(|own| own.region == job.region) {
                 return false;
@@ -605,6 +609,7 @@ fn advance<O: Observer>(
     part: usize,
 ) -> bool {
     let lazy = shared.machine.front.lazy;
+    // All units of the front convert one chunk together, and then the next (A119).
     let is_converting =
         chunks.iter().any(|chunk| matches!(chunk.at, ChunkAt::Convert(until) if until > now));
     for chunk in chunks.iter_mut().filter(|chunk| !chunk.dropped) {

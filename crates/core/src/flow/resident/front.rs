@@ -130,6 +130,7 @@ impl FrontUnit {
                 self.input.release(now, one.input);
                 one.at = BatchAt::Leaves(until + u64::from(shared.machine.front.latency));
             }
+            // Behind the end of the batch, because with a latency of 0 both are in one cycle.
             if let BatchAt::Leaves(cycle) = one.at
                 && cycle <= now
             {
@@ -156,6 +157,8 @@ impl FrontUnit {
     fn read_on<O: Observer>(&mut self, now: u64, shared: &mut RegionShared<O>) {
         for one in &mut self.held {
             let BatchAt::Read { arrival, colours: false } = one.at else { continue };
+            // Colours are asked for in the order of batches, or a younger one could be served
+            // first.
             if shared.memory.at(arrival) > now {
                 break;
             }
@@ -207,6 +210,7 @@ impl FrontUnit {
         let g = &machine.gaussian;
         let each = g.position.0 + if machine.front.lazy { 0 } else { g.shape.0 };
         let bytes = records * each;
+        // Room for all colours: how many are needed is known only when positions are there.
         let input = bytes + if machine.front.lazy { 0 } else { records * g.colour.0 };
         if !self.input.admits(input) {
             return false;

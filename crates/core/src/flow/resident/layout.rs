@@ -79,6 +79,7 @@ impl<'a> Layout<'a> {
         let (entries, splats) = (frame.entries.len() as u64, frame.index.len() as u64);
         let pixels = frame.regions.iter().map(|region| u64::from(region.pixels)).sum();
         let slices = u64::from(machine.region.slices);
+        // A single slice is finished in its engine and never written.
         let of_slices = if slices > 1 { pixels * slices } else { 0 };
         Layout {
             positions: array(points, g.position.0),

@@ -143,6 +143,8 @@ impl OrderUnit {
         }
         let bytes = u64::from(facts.entries) * shared.machine.gaussian.entry.0;
         let place = shared.layout().list(u64::from(facts.start), bytes);
+        // A list beyond the share fills it, and the rest goes through the memory behind each pass
+        // (A120).
         self.keys.fill(now, bytes.min(self.share));
         let arrival = shared.issue(now, self.owner, shared.streams.lists, bytes, place);
         self.list = Some((region, ListAt::Read(arrival)));

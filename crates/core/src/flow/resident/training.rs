@@ -120,8 +120,12 @@ impl Step {
                         places: offset,
                         waits,
                     };
+                    // The blocks of all units are one array, each unit's behind those of the unit
+                    // before.
                     let moved = BlockStream::bytes(blocks);
                     offset = [offset[0] + moved[0], offset[1] + moved[1]];
+                    // Accounts go on from the frame, so that every cycle of the step is in them,
+                    // too.
                     let account = match part {
                         StepPart::Reverse => engines[owner as usize].accounts[0].take(),
                         _ => Some(front[owner as usize].account.clone()),

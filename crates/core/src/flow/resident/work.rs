@@ -182,6 +182,7 @@ impl<'a> Live<'a> {
 
     /// Takes out the pixels that have stopped before a splat.
     fn advance(&mut self, rank: u32) {
+        // The splat at which a pixel stops is still evaluated for it.
         while let Some((_, x, y)) = self.stops.next_if(|(stop, ..)| *stop < rank) {
             let word = *y as usize * self.words + (x / u64::BITS) as usize;
             self.bits[word] &= !(1 << (x % u64::BITS));
@@ -262,6 +263,7 @@ impl ResidentFrame {
 
     /// Counts of the first records of the scene: whole blocks, or all.
     pub fn up_to(&self, records: u64) -> RecordCounts {
+        // Batches are multiples of a block, so that only the last one may end inside of a block.
         let blocks = records.div_ceil(STORAGE_BLOCK).min(self.storage.len() as u64) as usize;
         blocks.checked_sub(1).map_or(RecordCounts::default(), |last| self.storage[last])
     }
@@ -280,6 +282,7 @@ pub fn demand(frame: &Frame, shape: RegionShape) -> (u64, u64) {
     };
     let pairs: u64 = frame.splats.par_iter().map(entries).sum();
     let splats = frame.splats.len() as u64;
+    // For a moment entries are there twice: row by row, and all together.
     let each = 2 * size_of::<RegionEntry>() as u64;
     let splat = size_of::<Option<Footprint>>() as u64 + 16;
     let pixels = u64::from(camera.width) * u64::from(camera.height) * 16;
@@ -325,6 +328,7 @@ fn row_of_regions(
         }
         stops.sort_unstable();
         let area = (right - left) * (bottom - top);
+        // A region becomes opaque only if every one of its pixels stops.
         let last = stops.last().filter(|_| stops.len() == area as usize).map(|stop| stop.0);
         let mut live = Live::new(right - left, bottom - top, &stops);
         let mut region =
@@ -342,6 +346,8 @@ fn row_of_regions(
             if entry.pixels == 0 {
                 continue;
             }
+            // A box is cut into steps as a whole, without empty lanes at the ends of its rows
+            // (A121).
             if shape.cut == Cut::Box {
                 entry.steps = entry.pixels.div_ceil(shape.lanes);
             }

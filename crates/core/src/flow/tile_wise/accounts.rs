@@ -67,6 +67,7 @@ pub(super) fn written(
             }
             None => c.tile_pairs * machine.tiles().list_entry(),
         };
+        // Keys that were spilled were written in this stage, and are no reads of lists.
         law("the lists", sorting.read.saturating_sub(sorting.write), lists)?;
     }
     if record.feature_source == FeatureSource::Nobody {

@@ -116,6 +116,7 @@ impl<'a> Clusters<'a> {
 
     /// Whether a Gaussian of a cluster survives: of no other are records read.
     fn is_live(&self, cluster: u64) -> bool {
+        // Counters are known after whole blocks only; clusters are multiples of these.
         let blocks = self.size / STORAGE_BLOCK;
         let survivors = |block: u64| match block {
             0 => 0,
@@ -185,6 +186,7 @@ impl<'a> Batches<'a> {
     /// With clusters of `size` Gaussians, of which `tests` are tested in a batch.
     pub fn with_clusters(self, workload: &'a FrameWorkload, size: u32, tests: u64) -> Self {
         let clusters = Clusters::of(workload, size);
+        // Behind the last live cluster no records are read, and no batch is made of them.
         let live_end = clusters.map_or(self.live_end, |all| {
             let last = (0..all.count()).rev().find(|&cluster| all.is_live(cluster));
             last.map_or(0, |cluster| all.end(cluster))
@@ -198,6 +200,7 @@ impl<'a> Batches<'a> {
         let clusters = self.clusters?;
         while self.at < self.total.records {
             let cluster = self.at / clusters.size;
+            // The second pass reads converted splats, and tests no bounds again.
             if cluster >= self.tested && self.pass != Pass::Scatter {
                 let first = self.tested;
                 let n = self.tests.min(clusters.count() - first);
@@ -253,6 +256,8 @@ impl<'a> Batches<'a> {
             let growth = (high - *x) * part;
             *x += if left < STORAGE_BLOCK { growth / left } else { growth / STORAGE_BLOCK };
         }
+        // Not all pairs are written (updated lists, lists of later frames): the same share of each
+        // batch is.
         if t.pairs != self.pairs {
             // Lists with a margin may have pairs where the frame has none.
             at[4] = match self.pairs {
@@ -291,6 +296,7 @@ impl Iterator for Batches<'_> {
             return Some(tested);
         }
         let first = self.at;
+        // A batch ends with its cluster, because the next one may not be read.
         let run = self.clusters.map_or(self.total.records, |all| all.end(first / all.size));
         let end = (first + self.batch).min(run);
         let t = &self.total;

@@ -301,6 +301,8 @@ impl Ccu {
             tests,
             levels: per_cycle,
         };
+        // All that a record may need must fit: a batch of which everything is needed must be held
+        // (A3).
         let most = share / reads.iter().sum::<u64>().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
         ccu
@@ -340,6 +342,7 @@ impl Ccu {
     pub fn largest(&self, pass: Pass) -> Batch {
         let records = u64::from(self.batch);
         let bounds = if self.spec.clusters > 0 { self.spec.cluster.0 } else { 0 };
+        // At least one bound is read at a time, even if it is larger than the positions of a batch.
         let records = records.max(bounds.div_ceil(self.reads[0].max(1)));
         let splats = if pass == Pass::Scatter { records } else { 0 };
         Batch { records, splats, pass, ..Batch::default() }
@@ -358,6 +361,7 @@ impl Ccu {
             return 0;
         }
         let counts = [batch.records, batch.survivors, batch.splats];
+        // What is not known yet may be as many as the last count that is.
         let most = counts.iter().skip(known).fold(0, |most, &n| n.max(most));
         let of = |read: usize| if read > known { most } else { counts[read] };
         (from..READS).map(|read| self.reads[read] * of(read)).sum()
@@ -429,6 +433,7 @@ impl Ccu {
     fn list_words(&self, batch: &Batch) -> [(Option<&Banks>, [u64; 2]); 2] {
         let [pointers, lines] = self.lists.each_ref().map(Option::as_ref);
         let pointed = pointers.map_or(0, |b| b.words_of_records(batch.pairs, self.pointer));
+        // The pass that counts touches pointers alone.
         let lined = lines.filter(|_| batch.pass != Pass::Count).map_or([0; 2], |banks| {
             let leaving = batch.lists.map_or(0, |lists| lists.write);
             [banks.words(leaving), banks.words_of_records(batch.pairs, self.entry)]
@@ -462,6 +467,7 @@ impl Unit for Ccu {
         let tested = batch.prepared.min(batch.records);
         let tests = self.tests.div_ceil(batch.tests).max(self.levels.div_ceil(batch.lookups));
         let untested = if batch.pass == Pass::Scatter { 0 } else { batch.records - tested };
+        // A tested splat holds the entry until its tests are issued, any other for a cycle (A21).
         let entry = untested + batch.clusters + tested.max(tests);
         let arithmetic = self.rate.div_ceil(self.operations(batch));
         entry.max(arithmetic).max(self.lookups_of(batch) * self.codebook.cycles()).max(1)
@@ -498,6 +504,8 @@ impl Unit for Ccu {
         actions.charge(stage, SH_COLOUR_WORK, coloured);
         let looked_up = self.codebook.bytes(coloured);
         actions.charge(stage, sram_read(colour::CODES), looked_up);
+        // A single byte is the highest level alone: colours of further levels are then read by the
+        // cores.
         if self.level_bytes > 1 || self.level_colour_bytes > 0 {
             actions.charge(stage, vru::PIXEL_FINISH, 3 * coloured);
         }

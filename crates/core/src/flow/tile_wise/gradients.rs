@@ -261,6 +261,8 @@ impl FrameSums {
         let mut cache = SumCache::new(key.shape, records);
         let mut sums = FrameSums::default();
         sums.tiles.resize(workload.tiles.len(), TileSums::default());
+        // One tile after the other: all cores share the cache, and what it holds depends on their
+        // order.
         for tile in tiles(workload.tiles_x, workload.tiles_y, key.order) {
             let before = [0, 1].map(|way: usize| sums.moved[way].len() as u32);
             let own = &met[tile as usize];
@@ -355,6 +357,7 @@ impl<'a> GradientWork<'a> {
 
     /// What is kept of the blends of a tile and does not fit.
     fn spilled(&self, tile: &TileWork) -> u64 {
+        // Two groups are kept at a time: one goes forward, the other back (A146).
         let room = self.spec.buffer.capacity.0 / self.cores as u64 / 2;
         // Blends are taken to be spread evenly over the groups.
         let groups = u64::from(tile.pixels.div_ceil(self.spec.pixels)).max(1);
@@ -392,6 +395,7 @@ impl<'a> GradientWork<'a> {
             .max(loss.div_ceil(u64::from(self.spec.operations_per_cycle)));
         let record = self.training.record.0;
         let [fetched, left] = [0, 1].map(|way: usize| sums.moved[way].len() as u64 * record);
+        // Written while the tile is rendered, and read again with the rest of its `run`.
         let spilled = if self.spec.behind { self.spilled(work) } else { 0 };
         MovedBlock {
             items: cycles,

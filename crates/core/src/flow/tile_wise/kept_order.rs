@@ -95,6 +95,7 @@ impl KeptOrder {
         let mut made = workload.with_lists(lists);
         let fetched_points = made.counters.fetched_points;
         made.counters = Counters { fetched_points, ..workload.counters };
+        // Gaussians are converted as in any frame: only the lists are those of before.
         made.storage.clone_from(&workload.storage);
         let made = Some(Box::new(made));
         let tiles = 0..workload.tiles.len() as u32;
@@ -171,6 +172,7 @@ fn tile_list(
         bits.copy_from_slice(&workload.bitmaps[first..first + bytes]);
         pixels.blend(at, rank);
     }
+    // Left as it was found: a thread's next tile then has to clear nothing but its own list.
     own.iter().for_each(|&rank| position[rank as usize] = GONE);
     let out_of_order = ranks.windows(2).filter(|pair| pair[0] > pair[1]).count() as u64;
     (list.iterated, list.blends, list.ranks) = (pixels.iterated, pixels.blends, ranks);

@@ -78,6 +78,7 @@ fn is_spiky(splat: &Splat, ratio: u32) -> bool {
     let [a, b, d] = splat.cov.map(f64::from);
     let (mid, det) = (0.5 * (a + d), a * d - b * b);
     let root = (mid * mid - det).max(0.0).sqrt();
+    // Eigenvalues of the covariance are squares of the axes, hence the square of the ratio.
     mid + root >= (mid - root).max(0.0) * f64::from(ratio).powi(2)
 }
 
@@ -87,6 +88,7 @@ impl LeaderTest {
         let Some(ellipse) = &self.ellipse else { return false };
         let [x, y, far] = [x, y, side - 1].map(i64::from);
         let reaches = |dx, dy| ellipse.reaches(x + dx, y + dy);
+        // A spiky splat has two leaders in a mini-tile, across of it (A128).
         let diagonal = reaches(0, 0) || reaches(far, far);
         diagonal || !self.is_spiky && (reaches(far, 0) || reaches(0, far))
     }
@@ -202,6 +204,7 @@ impl<'a> LaneMap<'a> {
     /// All pixels of a square of `side` pixels at a corner, those outside of the image as stopped.
     pub(super) fn square_at(&self, [x, y]: [u32; 2], side: u32, at: u32) -> PixelReach {
         let (_, _, x1, y1) = self.area;
+        // What is outside of the image has no stop to look up, and counts as stopped.
         let xs = [x.min(x1), (x + side).min(x1)];
         let live = (y..(y + side).min(y1)).map(|y| self.live(y, xs, at)).sum();
         PixelReach { slots: u64::from(side).pow(2), live }
@@ -287,6 +290,8 @@ impl<'a> LaneMap<'a> {
             cycles += reach.slots.div_ceil(units.lanes).max(1);
             (all.slots, all.live) = (all.slots + reach.slots, all.live + reach.live);
         }
+        // Lanes are filled across entries, so that only the sum is rounded up; boxes are rounded
+        // one by one.
         let packed = all.slots.div_ceil(units.lanes).max(u64::from(entries));
         (if units.grain == Grain::Box { cycles } else { packed }, all)
     }
@@ -305,9 +310,11 @@ impl<'a> LaneMap<'a> {
         let mut chunk = |chunk: &ChunkWork| {
             let (start, taken) = (now, slots);
             let mut run = ChunkRun { reads: u64::from(chunk.entries), ..ChunkRun::default() };
+            // How often the busiest pixel is worked on bounds a chunk, not the tile (A130).
             visits.fill(0);
             for _ in 0..chunk.entries {
                 let is_needed = at < end;
+                // Boxes that come before the stop is known are worked on all the same (A88).
                 if grain == Grain::Box && !is_needed && now >= known {
                     at += 1;
                     continue;
@@ -328,6 +335,7 @@ impl<'a> LaneMap<'a> {
             }
             if grain != Grain::Box {
                 let most = u64::from(visits.iter().copied().max().unwrap_or(0));
+                // Lanes that the chunk before left empty in its last cycle are filled by this one.
                 let cycles = slots.div_ceil(lanes) - taken.div_ceil(lanes);
                 now += cycles.max(most.div_ceil(entries) * recurrence);
             }

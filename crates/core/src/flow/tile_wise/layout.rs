@@ -238,6 +238,7 @@ impl<'a> Layout<'a> {
             }),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * units.vru.pixel),
         };
+        // CCUs write the feature records themselves, so that splats need no region of their own.
         if r.feature_source == FeatureSource::Ccu {
             layout.projected = (layout.features.0, r.projected.0, r.feature_pitch.0);
             layout.seconds = layout.levels[1];
@@ -431,6 +432,7 @@ impl<'a> Layout<'a> {
                 is_here
             })?;
         }
+        // A list with pointers lies in blocks, and what is contiguous ends with a block (A90).
         let (place, bytes) = lists.run(list, at, left);
         Some(AddressRange { address: self.lists.0 + place, bytes })
     }

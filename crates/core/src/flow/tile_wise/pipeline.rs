@@ -130,6 +130,8 @@ impl<O> Shared<'_, O> {
     fn begin_second_pass(&mut self) -> bool {
         let is_counted = first_pass(&self.context) == Pass::Count;
         if is_counted {
+            // The counting pass wrote no entry: the second one reads what was converted, not the
+            // scene (A90).
             let (workload, batch) = (self.workload, self.units.ccu.batch);
             let batches = Batches::new(workload, batch, pairs_written(workload, &self.context));
             let ccu = &self.units.ccu;
@@ -145,6 +147,8 @@ impl<O> Shared<'_, O> {
     /// Whether the pipeline of a VRU drains behind this tile: it does behind the last tile of a job
     /// that has chunks.
     fn drains(&self, job: &Job, tile: u32) -> bool {
+        // Tiles without chunks leave nothing in the pipeline, so that the last one with chunks
+        // drains it (A27).
         let tiles = self.plan.tiles_of(job);
         let is_filled = |t: &&u32| self.workload.tiles[**t as usize].chunks > 0;
         !self.units.vru.spec.tile_overlap && tiles.iter().rfind(is_filled) == Some(&tile)
@@ -178,6 +182,8 @@ impl<'a> Agents<'a> {
             places: layout.known(),
             waits: FEATURES,
         };
+        // Numbers are the order within a cycle: gradient units act behind the cores whose tiles
+        // they take.
         let before = ccus + cores + u32::from(spec.source.has_unit());
         let units_of = |work: &GradientWork| {
             (0..cores).map(|core| GradientUnit::new(work, core, before + core, layout)).collect()
@@ -247,6 +253,8 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
             return ccu.step(now, shared);
         }
         if let Some(core) = self.agents.cores.get_mut(agent - ccus) {
+            // States that the last step found hold until now; they are booked before anything
+            // changes.
             core.account(now, shared.observer);
             return core.step(now, shared);
         }
@@ -265,6 +273,7 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
     fn woken(&mut self) -> Option<Range<usize>> {
         let (ccus, rendering) = (self.agents.ccus.len(), self.agents.rendering());
         if self.shared.handed.as_mut().is_some_and(HandedTiles::take_change) {
+            // A mark that is left would wake the cores once more for the same growth.
             self.shared.lists.take_growth();
             return Some(ccus..self.agents.all());
         }
@@ -331,6 +340,7 @@ pub(crate) fn run<O: Observer>(
     let spec = &machine.tiles().pixels;
     let mut agents = Agents::new(units, spec, &context, shared.memory.layout(), work);
     let (ccus, all) = (agents.ccus.len(), agents.all());
+    // What has to be rendered is known when all pixels of the frame before have been moved (A141).
     let (begins, all) = match agents.pixels.is_some() && machine.tiles().pixels.source.is_first() {
         true => {
             let unit = agents.rendering();
@@ -343,9 +353,13 @@ pub(crate) fn run<O: Observer>(
     };
     let preprocessing_end = match overlap {
         Overlap::None => {
+            // Only this barrier makes preprocessing independent of the cores, so that machines can
+            // share it.
             let memo = memo::is_apart(machine, &shared).then_some(memo);
             memo::preprocess(&mut agents, &mut shared, machine, memo, begins);
             let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0).max(begins);
+            // Cores have had no event so far, and their idle cycles must be booked before the first
+            // one.
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
             agents.drive(ccus..all, end, &mut shared);
             end

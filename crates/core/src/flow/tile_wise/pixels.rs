@@ -223,6 +223,7 @@ impl SourceFrame<'_> {
         let (spec, pixel) = (self.spec(), self.machine.tiles().record.pixel.0);
         let tiles = workload.tiles.len();
         let before = history.take::<Shown>(eye).filter(|shown| shown.goes_on(workload, spec));
+        // A whole frame needs the depths of its pixels only, so that the next one can move them.
         let Some(before) = before else {
             let seen = (0..tiles).into_par_iter().map(|tile| seen(workload, tile).pixels);
             history.keep(eye, Shown::new(workload, seen.collect(), None));
@@ -245,6 +246,7 @@ impl SourceFrame<'_> {
         found.summary.rendered = 0;
         for (tile, (anew, missing)) in parts.into_iter().enumerate() {
             let pixels = workload.tiles[tile].pixels;
+            // A tile that is rendered anew is written by the rendering units.
             let written = if anew.is_some() { 0 } else { u64::from(pixels) * whole };
             found.blocks.push(MovedBlock {
                 items: pixels.into(),
@@ -329,6 +331,8 @@ impl SourceFrame<'_> {
         }
         history.keep(eye, caches);
         let mut made = workload.with_lists(lists);
+        // Preprocessing is that of the whole frame: pixels that stop early change only what tiles
+        // load.
         made.counters = powergs_frame::splat::Counters {
             fetched_points: made.counters.fetched_points,
             tile_loads: made.tiles.iter().map(|tile| u64::from(tile.loaded)).sum(),
@@ -346,6 +350,7 @@ impl SourceFrame<'_> {
         let FrameCount(frame) = history.take(eye).unwrap_or_default();
         history.keep(eye, FrameCount(frame + 1));
         let mut found = self.whole();
+        // With a period of 0 no frame is whole (A143).
         if spec.period > 0 && frame % spec.period == 0 {
             return found;
         }
@@ -439,6 +444,7 @@ fn seen(workload: &FrameWorkload, tile: usize) -> SeenTile {
     for (at, &rank) in (0..).zip(&list.ranks) {
         let own = workload.depth[rank as usize];
         pixels.blend_and(at, rank, |pixel, rest| {
+            // The first Gaussian that leaves less than half of the light is the depth (A141).
             if rest < HALF && depth[pixel] == f32::INFINITY {
                 depth[pixel] = own;
             }
@@ -465,6 +471,7 @@ fn filtered(made: &mut FrameWorkload, workload: &FrameWorkload, tests: &[Vec<u32
             }
         }
     }
+    // Prefix sums, because batches take differences of them.
     let mut sum = 0u32;
     for (prefix, own) in made.storage.iter_mut().zip(blocks) {
         sum = sum.saturating_add(own);
@@ -495,6 +502,7 @@ fn sampled_tile(
             finished += 1;
             list.blends += u64::from(blended[i]);
         } else {
+            // It wants nothing of the list, so that sub-tiles go on for the wanted pixels alone.
             pixels.iterated[i] = 0;
         }
     }

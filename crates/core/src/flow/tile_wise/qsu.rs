@@ -156,6 +156,7 @@ impl Qsu {
     /// Passes until every part of a list fits a chunk, if pivots split evenly; or until all chunks
     /// are one part. None where nobody sorts.
     pub fn passes(&self, entries: u64) -> u32 {
+        // Wide, because the last step may take the reach far beyond the entries.
         let parts = u128::from(self.spec.comparisons()) + 1;
         let mut reach = u128::from(self.chunk);
         let mut passes = 0;

@@ -114,6 +114,7 @@ impl ResolvedUnits {
         let sorting = Banks::new(&buffers.sorting);
         let (subtiles, pixels) =
             (machine.tiles().geometry.subtiles(), Banks::new(&buffers.pixel_out));
+        // The state of one sub-tile is written and another one is read, through all banks (A86).
         let swapped = pixels.words(state / u64::from(subtiles));
         let swap = pixels.excess(swapped, swapped, 0);
         let subtile_pixels = machine.tiles().geometry.subtile.pow(2);

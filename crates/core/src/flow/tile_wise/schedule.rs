@@ -101,6 +101,7 @@ impl Plan {
 /// run by itself.
 fn merged(workload: &FrameWorkload, tiles: &[u32], most: u32) -> Vec<Range<u32>> {
     let mut runs: Vec<Range<u32>> = Vec::with_capacity(tiles.len());
+    // Nothing can join a run that does not exist yet.
     let mut entries = u64::MAX;
     for (i, &tile) in tiles.iter().enumerate() {
         let own = u64::from(workload.tiles[tile as usize].entries);
@@ -147,6 +148,7 @@ impl Planner<'_> {
                 let new = u64::from(list.new);
                 keys.held += u64::from(list.kept) + u64::from(list.gone) + new;
                 keys.sorted += new;
+                // Passes take all lists of a job together, until the longest of them is done.
                 keys.passes = keys.passes.max(qsu.passes(new));
                 kept += u64::from(list.kept) + new;
                 depths += match qsu.spec.depth_update {
@@ -155,6 +157,7 @@ impl Planner<'_> {
                 };
             }
         } else if let Some(table) = self.context.table {
+            // A table is sorted whole, because frames that take it over sort no chunks (A134).
             keys.merged = true;
             for &tile in mine {
                 let entries = u64::from(table.sorted[tile as usize]);
@@ -228,9 +231,11 @@ impl SortProgress {
             let keys = if job.keys.merged { 0 } else { u64::from(chunk.entries) };
             return Sort { keys, filtered: 0 };
         };
+        // Each tile takes its own entries from the start of the sorted list of the group (A80).
         if index == 0 {
             self.looked = 0;
         }
+        // The list of a group is sorted in whole chunks, whichever of its tiles asked first (A76).
         let whole = chunk.group_end.next_multiple_of(workload.geometry.chunk);
         let end = whole.min(workload.groups[group as usize].entries);
         let keys = if job.keys.merged { 0 } else { u64::from(end.saturating_sub(self.sorted)) };

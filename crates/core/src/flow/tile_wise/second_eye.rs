@@ -104,6 +104,7 @@ impl FirstView {
         let (mut next, entries) = (starts.clone(), starts.last().copied().unwrap_or(0));
         self.entries = vec![0; entries];
         self.bits = vec![0; entries * bytes];
+        // Tiles ascend, so that `blends` can search for one among those of a splat.
         for (tile, (ranks, all)) in (0..).zip(tiles) {
             for (&rank, bits) in ranks.iter().zip(all.chunks_exact(bytes)) {
                 let place = &mut next[rank as usize];
@@ -127,6 +128,8 @@ impl FirstView {
     /// Whether a splat blends in a sub-tile, given by column and row in the image.
     fn blends(&self, rank: u32, column: i64, row: u32) -> bool {
         let side = self.geometry.subtiles_per_side();
+        // What lies outside of the first eye's image was sorted for both, and is handed on unseen
+        // (A132).
         let Ok(column) = u32::try_from(column) else { return true };
         if column >= self.size[0].div_ceil(self.geometry.subtile) {
             return true;
@@ -170,6 +173,7 @@ pub fn derived(
     let shifts: Vec<Option<(u32, f32, f32)>> =
         pixels.splats.par_iter().zip(&second.index).map(shift).collect();
     let is_seen = |rank: u32| first.starts[rank as usize + 1] > first.starts[rank as usize];
+    // Only splats that are handed on must lie in the same row of both eyes.
     let rows = shifts.iter().flatten().filter(|s| is_seen(s.0)).map(|s| s.2);
     if let Some(rows) = rows.fold(None, |most: Option<f32>, r| Some(most.map_or(r, |m| m.max(r))))
         && rows > ROWS
@@ -281,6 +285,8 @@ impl SecondTile<'_> {
             }
         }
         before.push(part.ranks.len() as u32);
+        // Stops are positions in the frame's own list; in the shorter one, what is kept in front of
+        // them.
         let stops = lanes.all_stops();
         part.iterated = stops.map(|stop| before[(stop as usize).min(list.len())]).collect();
         part.blends = work.blends.saturating_sub(summary.lost_blends);
@@ -301,6 +307,7 @@ impl SecondTile<'_> {
         let row = y0 / g.subtile + subtile as u32 / side;
         let x = i64::from(x0) + i64::from(subtile as u32 % side) * n;
         let columns = [x, x + n - 1].map(|x| (x as f64 + f64::from(shift)).round() as i64);
+        // Columns are negative to the left of the image, where a plain division would round up.
         let [first, last] = columns.map(|x| x.div_euclid(n));
         (first..=last).any(|column| self.first.blends(rank, column, row))
     }

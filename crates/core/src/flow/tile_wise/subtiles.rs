@@ -163,6 +163,8 @@ impl Discipline {
         match self.live_round {
             None => self.rounds * self.round,
             Some(least) => {
+                // Units rotate through live pixels, but the transmittance of a pixel must be known
+                // before its next Gaussian (A37).
                 let live = stops.iter().filter(|&&stop| stop > at).count() as u64;
                 self.rounds * live.max(least)
             }
@@ -290,6 +292,7 @@ impl Queues {
         self.free[place] = end;
         self.leaving[place].push(end);
         run.pairs += 1;
+        // A stop is counted from the last pair that was needed: later ones must not put it off.
         if noticed == NEVER {
             self.finish(place, end);
         } else {
@@ -300,6 +303,8 @@ impl Queues {
 
     /// Cycle in which the queue of a sub-tile has room for one more.
     fn room(&self, subtile: usize, depth: u32) -> u64 {
+        // Queues are first in, first out: there is room when the entry `depth` places ahead has
+        // left.
         let leaving = &self.leaving[subtile];
         leaving.len().checked_sub(depth as usize).map_or(0, |first| leaving[first])
     }
@@ -336,6 +341,7 @@ impl<'a> Tile<'a> {
         let stops = workload.stops_of(tile);
         let last = stops.iter().map(|stops| stops[0]).max().unwrap_or(0);
         let end = |stops: &[u32; 4]| if discipline.stops_with_tile { last } else { stops[0] };
+        // All rows of a tile stop together (A129).
         let ends = match discipline.way {
             SubtileWay::Rows { units, .. } => vec![last; units as usize],
             _ => stops.iter().map(end).collect(),
@@ -394,6 +400,7 @@ impl<'a> Tile<'a> {
             true => own.all_done,
             false => own.done[subtile],
         };
+        // Where no pixel ever wants anything there is no stop to notice.
         if end == 0 { 0 } else { last + self.discipline.stop_latency }
     }
 
@@ -442,6 +449,8 @@ impl<'a> Tile<'a> {
                     }
                 }
             }
+            // An entry takes a cycle to leave the buffer, even if all of its sub-tiles have stopped
+            // (A26).
             run.cycles = (now - start).max(run.reads);
             ChunkRun { alone: run.cycles, ..run }
         };
@@ -461,6 +470,8 @@ impl<'a> Tile<'a> {
                 }
                 let is_switch = held.is_some_and(|s| s != subtile);
                 held = Some(subtile);
+                // The pass before ended with the units: the queue is empty, and they are free from
+                // now on.
                 own.leaving[subtile].clear();
                 own.free[subtile] = now;
                 let mut end = now;
@@ -472,6 +483,7 @@ impl<'a> Tile<'a> {
                     run.reads += 1;
                 }
                 end = end.max(own.free[subtile]);
+                // The change of state is hidden as far as the pass is as long (A87).
                 run.switches += u64::from(is_switch);
                 now = if is_switch { end.max(now + swap) } else { end };
             }
@@ -515,11 +527,14 @@ impl<'a> Tile<'a> {
             let start = now;
             let range = first..first + chunk.entries;
             now = self.stream(range.clone(), now, depth, own, work, &mut run, 0);
+            // Only the end of the tile waits for the units: behind other chunks queues run on
+            // (A85).
             if k == last {
                 now = own.all_free(now);
             }
             run.cycles = now - start;
             run.alone = run.cycles;
+            // The first chunk of a tile finds empty queues anyhow.
             if first > 0 {
                 fresh.clear(self.ends.len());
                 let mut other = ChunkRun::default();
@@ -580,6 +595,7 @@ impl<'a> Tile<'a> {
         (lanes, work): (&LaneMap<'_>, &EntryWork),
         run: &mut ChunkRun,
     ) -> u64 {
+        // A test unit all of whose mini-tiles are known to have stopped is not waited for.
         let free = |test: &Test| own.tested[test.unit].min(test.noticed);
         let start = work.tests.iter().map(free).fold(now, u64::max);
         for test in work.tests.iter().filter(|test| start < test.noticed) {
@@ -587,6 +603,8 @@ impl<'a> Tile<'a> {
             let behind = work.wanted.iter().filter(|w| self.test_unit(w.place) == test.unit);
             let room = |wanted: &Wanted| own.room(wanted.place, depth).min(wanted.noticed);
             let pushed = behind.clone().map(room).fold(start + test.cycles, u64::max);
+            // The unit halts until every queue behind it has room, and tests nothing meanwhile
+            // (A128).
             own.tested[test.unit] = pushed;
             for wanted in behind.filter(|wanted| pushed < wanted.noticed) {
                 if own.enter(*wanted, pushed, run) {
@@ -618,6 +636,7 @@ impl<'a> Tile<'a> {
         work: &EntryWork,
         run: &mut ChunkRun,
     ) -> u64 {
+        // The full queue of a sub-tile that is known to have stopped holds up no entry.
         let room = |wanted: &Wanted| own.room(wanted.place, depth).min(wanted.noticed);
         let pushed = work.wanted.iter().map(room).fold(now, u64::max);
         for wanted in work.wanted.iter().filter(|wanted| pushed < wanted.noticed) {

@@ -186,6 +186,7 @@ pub(super) fn actions(
             }
         });
     }
+    // Apart from chunks, because a tile without any finishes its pixels, too.
     for tile in &workload.tiles {
         let end = Render { last: Some(*tile), ..Render::default() };
         rules.vru.charge(&units.vru, &end, &mut actions, check);
@@ -196,6 +197,7 @@ pub(super) fn actions(
     if let Some(gradients) = GradientWork::new(workload, units, context) {
         gradients.charge(&mut actions);
     }
+    // What a derived eye takes from the buffer between the eyes is charged there.
     if context.hits.is_some() && !context.derived {
         let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
         let (hits, misses) =

@@ -385,6 +385,8 @@ impl Vru {
             2 => 0,
             _ => u64::from(self.executed(chunk).both_pairs) * self.pair_cycles(),
         };
+        // An entry takes a cycle to leave the feature buffer, even where no sub-tile wants it
+        // (A26).
         (slots + again).max(u64::from(chunk.entries))
     }
 
@@ -456,6 +458,7 @@ impl Vru {
 
     /// α evaluations of second levels, counted like those of first levels.
     fn second_alphas(&self, chunk: &ChunkWork) -> u64 {
+        // The second level differs in opacity alone: one more of the 13 operations of an α (A16).
         let pairs = u64::from(self.executed(chunk).both_pairs);
         (pairs * self.subtile_pixels()).div_ceil(ALPHA_OPERATIONS)
     }
@@ -476,6 +479,7 @@ impl Unit for Vru {
         let units = u64::from(self.spec.units_per_core);
         let blending = self.blend_cycles(work) + self.weighing_cycles(&work.chunk);
         let finish = work.last.map_or(0, |tile| {
+            // Two accumulators blend both levels in the same slot; one takes them in turn.
             let blends = match self.fovea.accumulators {
                 2 => tile.blends.max(tile.blends_2),
                 _ => tile.blends + tile.blends_2,

@@ -81,10 +81,13 @@ fn every_assumption_has_a_knob_or_says_why_it_has_none() {
 
 #[test]
 fn the_measured_table_has_a_row_for_every_assumption() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/sensitivity.md");
-    let page = std::fs::read_to_string(path).expect("docs/sensitivity.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../evidence/sensitivity.md");
+    let page = std::fs::read_to_string(path).expect("evidence/sensitivity.md");
     for number in assumptions().keys() {
-        assert!(page.contains(&format!("\n| A{number} | ")), "docs/sensitivity.md lacks A{number}");
+        assert!(
+            page.contains(&format!("\n| A{number} | ")),
+            "evidence/sensitivity.md lacks A{number}"
+        );
     }
 }
 

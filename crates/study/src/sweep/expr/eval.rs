@@ -36,14 +36,33 @@ impl EvalContext<'_> {
     /// See [`super::Expr::missed_by`].
     fn missed_by(&self, node: &Node) -> Result<f64, ExprError> {
         let share = |over: f64, x: f64, y: f64| {
+            // By the larger one, so that a limit of 0 divides nothing.
             let scale = x.abs().max(y.abs());
             if scale > 0.0 { over / scale } else { 0.0 }
         };
         if let What::Two(two, sides) = &node.what {
             let [a, b] = &**sides;
             match two {
-                Two::And => return Ok(self.missed_by(a)?.max(self.missed_by(b)?)),
-                Two::Or => return Ok(self.missed_by(a)?.min(self.missed_by(b)?)),
+                // As in `value`, the second side counts only where the first does not decide, and
+                // may have no value elsewhere: `x > 0 && y / x < 3`.
+                Two::And => {
+                    let first = self.missed_by(a)?;
+                    return match self.missed_by(b) {
+                        Err(_) if first > 0.0 => Ok(first),
+                        second => Ok(first.max(second?)),
+                    };
+                }
+                Two::Or => {
+                    let first = self.missed_by(a)?;
+                    return match self.missed_by(b) {
+                        Err(_) if first <= 0.0 => Ok(first),
+                        second => Ok(first.min(second?)),
+                    };
+                }
+                // Equal sides miss a strict bound, by nothing that can be measured.
+                Two::Less | Two::More if self.number(a)? == self.number(b)? => {
+                    return Ok(f64::MIN_POSITIVE);
+                }
                 Two::Less | Two::AtMost | Two::More | Two::AtLeast => {
                     let (x, y) = (self.number(a)?, self.number(b)?);
                     let is_upper = matches!(two, Two::Less | Two::AtMost);
@@ -201,6 +220,7 @@ fn power_of_two(x: f64, above: bool) -> f64 {
         return f64::NAN;
     }
     let mut power = x.log2().floor().exp2();
+    // The logarithm is rounded: next to a power of two it may be one off, either way.
     if power > x {
         power /= 2.0;
     }

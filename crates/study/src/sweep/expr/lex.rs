@@ -52,6 +52,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
             at += c.len_utf8();
             continue;
         }
+        // Labels come before numbers: `28nm:area_mm2` begins with a digit and is a name.
         let (word, length) = match c {
             '0'..='9' if let Some(length) = labelled(&text[at..]) => {
                 (LexWord::Name(text[at..at + length].to_owned()), length)
@@ -71,6 +72,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
 }
 
 fn sign(text: &str, at: usize, c: char) -> Result<(LexWord, usize), ExprError> {
+    // The list has longer signs first, so that `<=` is not read as `<`.
     if let Some((sign, word)) = SIGNS.iter().find(|(sign, _)| text[at..].starts_with(sign)) {
         return Ok((word.clone(), sign.len()));
     }
@@ -138,6 +140,7 @@ fn digits_length(text: &str) -> usize {
         exponent += 1;
         exponent += usize::from(text[exponent..].starts_with(['+', '-']));
         let length = digits(&text[exponent..]);
+        // An `e` without digits behind it belongs to what follows.
         if length > 0 {
             end = exponent + length;
         }

@@ -71,11 +71,13 @@ impl Parser<'_> {
             }
             if two.compares() && matches!(&left.what, What::Two(l, _) if l.compares()) {
                 let hint = "comparisons do not chain: write `a < b && b < c`";
+                // In parentheses it is meant: `(a < b) == c`.
                 if !self.is_closed() {
                     return Err(self.fail(hint));
                 }
             }
             self.at += 1;
+            // A power binds to the right and takes a sign: `2^-1`. All others bind to the left.
             let right = self.operators(if two == Two::Power { SIGN } else { own + 1 })?;
             let span = left.span.start..right.span.end;
             left = Node { span, what: What::Two(two, Box::new([left, right])) };
@@ -119,6 +121,7 @@ impl Parser<'_> {
                 return Ok(inner);
             }
             LexWord::Two(_) | LexWord::Close | LexWord::Comma => {
+                // Messages are about the next word, which is this one.
                 self.at -= 1;
                 return Err(self.fail("a value is missing before this"));
             }

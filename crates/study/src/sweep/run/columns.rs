@@ -44,6 +44,33 @@ pub fn kinds(space: &Space) -> Vec<Column> {
     columns
 }
 
+/// The columns of settings that are in no space, and what each machine has in them.
+pub(crate) fn settings_columns(machines: &[&[(String, Value)]]) -> (Vec<Column>, Vec<Vec<Cell>>) {
+    let mut columns: Vec<Column> = Vec::new();
+    for (name, value) in machines.iter().flat_map(|settings| settings.iter()) {
+        match columns.iter_mut().find(|column| column.name == *name) {
+            Some(column) => column.kind = joined(column.kind, kind(value)),
+            None => columns.push(Column { name: name.clone(), kind: kind(value) }),
+        }
+    }
+    let measures: Vec<String> =
+        columns.iter().filter(|c| c.kind == ColumnKind::Text).map(|c| c.name.clone()).collect();
+    for name in measures {
+        let mut values = machines.iter().flat_map(|s| s.iter()).filter(|(own, _)| *own == name);
+        if values.all(|(_, value)| si(value).is_some()) {
+            let place = columns.iter().position(|c| c.name == name).map_or(0, |i| i + 1);
+            columns.insert(place, Column { name: name + SI, kind: ColumnKind::Real });
+        }
+    }
+    let cells = |settings: &&[(String, Value)]| {
+        let find =
+            |name: &str| settings.iter().find(|(own, _)| own == name).map(|(_, value)| value);
+        columns.iter().map(|column| cell(column, find)).collect()
+    };
+    let cells = machines.iter().map(cells).collect();
+    (columns, cells)
+}
+
 /// Points in which every step of every axis occurs, up to that many.
 fn looked_at(space: &Space) -> impl Iterator<Item = u64> {
     let lattice = space.lattice();

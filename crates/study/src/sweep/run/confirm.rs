@@ -48,8 +48,10 @@ pub fn on_banked(
 ) -> Result<Option<ConfirmedFront>, RunError> {
     let banked = sweep.banked.take();
     let banked = banked.ok_or_else(|| RunError::Internal("designs without `banked`".into()))?;
+    // `work` takes the designs of the sweep, so for its time these are they.
     let calibrated = mem::replace(&mut sweep.designs, banked);
     let rows = simulated(sweep, points, sink, memory, watch);
+    // Before any error is handed on: the sweep has its own designs again in any case.
     sweep.banked = Some(mem::replace(&mut sweep.designs, calibrated));
     rows
 }

@@ -82,8 +82,7 @@ fn points(designs: &Designs) -> u64 {
         return designs.space.selected().size_hint().1.unwrap_or(usize::MAX) as u64;
     }
     let s = designs.space.sampling();
-    let most = u64::from(s.population) * u64::from(s.generations);
-    most.min(s.points.unwrap_or(u64::MAX)).min(designs.space.lattice().points())
+    s.searched().min(s.points.unwrap_or(u64::MAX)).min(designs.space.lattice().points())
 }
 
 /// The plan of some points: evenly over the selection, or over the space where points are asked

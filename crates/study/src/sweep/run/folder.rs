@@ -75,6 +75,7 @@ impl<'a> SweepFolder<'a> {
         existing: Existing,
         part: Option<Shard>,
     ) -> Result<SweepFolder<'a>, RunError> {
+        // Before the lock, which would be a file in the folder of something else.
         refuse_foreign(store)?;
         let sharing = if part.is_some() { Sharing::Beside } else { Sharing::Alone };
         let lock = store.lock(LOCK, sharing)?;
@@ -103,6 +104,7 @@ pub fn begin(store: &dyn Store, now: &State, existing: Existing) -> Result<(), R
     match (State::read(store)?, existing) {
         (None, _) => now.write(store),
         (Some(_), Existing::Replace) => {
+            // Records first: with the new state in place, the old ones would pass for its results.
             store.remove(RECORDS)?;
             now.write(store)
         }

@@ -67,6 +67,19 @@ impl Designs {
         Ok(Designs { space, base, base_is_first, columns })
     }
 
+    /// What the sweep file of a request spans, whatever traces it names.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: everything that is wrong with the file.
+    pub fn of_file(request: &SweepRequest) -> Result<Designs, RunError> {
+        let text = raw("sweep", &request.file, SWEEPS, None)?;
+        let parsed = SweepFile::parse_around(&text.text);
+        let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
+        change(&mut file, request, text.folder.as_deref())?;
+        let files: Arc<dyn Files> = Arc::new(DiskFiles);
+        Designs::new(&file, problems, &files, &text.origin)
+    }
+
     /// The design of a point; of `None` the base machine.
     ///
     /// # Errors
@@ -156,6 +169,7 @@ impl OpenedSweep<'static> {
             StandIn::Always => true,
             StandIn::Never => false,
         };
+        // Whoever names the model means that one.
         let is_calibrated = stands_in
             && request.dram_model.is_none()
             && designs.base.machine.dram.model == DramModel::Banked

@@ -8,7 +8,7 @@ use powergs_core::run::{ConfigText, FileKind, Frames, RunError, Store, System};
 use toml::Value;
 
 use super::folder::{Existing, Shard, SweepFolder};
-use super::opened::OpenedSweep;
+use super::opened::{Designs, OpenedSweep};
 use super::plan::Plan;
 use super::results::{Results, Tally};
 use super::search::search;
@@ -120,6 +120,15 @@ impl Sweep {
     /// The same with at most so many bytes of binned frames in memory, one frame at least.
     pub fn memory(self, bytes: usize) -> Sweep {
         Sweep { memory: bytes, ..self }
+    }
+
+    /// What it spans, without any frames.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: as [`Sweep::open`].
+    pub fn designs(&self) -> Result<Designs, RunError> {
+        let files: Arc<dyn Files> = Arc::new(BaseFiles { base: self.base.clone() });
+        Designs::new(&self.file()?, Vec::new(), &files, &self.name)
     }
 
     /// Checks the sweep on these frames.

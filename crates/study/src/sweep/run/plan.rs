@@ -95,6 +95,7 @@ impl Plan {
     ) -> Option<Plan> {
         let mut plan = Plan { tables: designs.tables().len(), ..Plan::default() };
         let mut works = BTreeMap::new();
+        // Every plan begins with the base machine, wanted or not: tables compare with it.
         plan.add(planned(None, &designs.base), &mut works);
         let mut points = points.peekable();
         while points.peek().is_some() {
@@ -104,6 +105,7 @@ impl Plan {
             let some: Vec<u64> = points.by_ref().take(STRIDE as usize).collect();
             let found: Vec<PlanFound> = some.par_iter().map(|&p| find(designs, p)).collect();
             watch.planned(some.len() as u64);
+            // In the order of the points, whichever thread found them.
             found.into_iter().for_each(|f| plan.add(f, &mut works));
         }
         // Numbers in the order of the keys, whatever order they were met in.

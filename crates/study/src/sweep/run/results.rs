@@ -1,17 +1,21 @@
 //! The results of a sweep: the rows of its table, in the order of the space, from the journals.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 
 use xxhash_rust::xxh3::Xxh3;
 
+use super::finish::write_sources;
 use super::folder::SweepFolder;
 use super::opened::OpenedSweep;
 use super::plan::Plan;
 use super::records::Records;
+use crate::sweep::metric::metrics;
 use crate::sweep::parquet::ParquetWriter;
 use crate::sweep::record::Record;
-use crate::sweep::table::{Cell, Column, PointFate, TableEntry, columns, rows};
+use crate::sweep::table::{
+    Cell, Column, ColumnKind, FIRST, LAST, PointFate, TableEntry, columns, rows,
+};
 use powergs_base::format::spreadsheet_safe;
 use powergs_core::run::store::NewFile;
 use powergs_core::run::{RunError, Store};
@@ -20,6 +24,17 @@ use powergs_core::run::{RunError, Store};
 pub const CSV: &str = "results.csv";
 /// The same table as Parquet.
 pub const PARQUET: &str = "results.parquet";
+
+/// Why a text is no table of results.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// It is no CSV, or reading failed.
+    #[error("{0}")]
+    Csv(#[from] csv::Error),
+    /// A column that every table of results has is not there.
+    #[error("no column `{0}`: is this the results.csv of a sweep?")]
+    Missing(&'static str),
+}
 
 /// What a table has.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
@@ -216,6 +231,40 @@ pub fn write(
     Ok((tally, files.finish()?))
 }
 
+/// What a column holds that is no axis.
+fn fixed_kind(name: &str) -> Option<ColumnKind> {
+    if let Some((_, kind, _)) = FIRST.iter().find(|(first, ..)| *first == name) {
+        return Some(*kind);
+    }
+    if name == "frames" {
+        return Some(ColumnKind::Integer);
+    }
+    let is_number = LAST.iter().any(|(last, ..)| *last == name)
+        || metrics().iter().any(|metric| metric.name == name);
+    is_number.then_some(ColumnKind::Real)
+}
+
+fn guessed_kind<'t>(texts: impl Iterator<Item = &'t str> + Clone) -> ColumnKind {
+    let filled = texts.filter(|text| !text.is_empty());
+    if filled.clone().next().is_none() {
+        return ColumnKind::Text;
+    }
+    let kinds = [ColumnKind::Integer, ColumnKind::Real, ColumnKind::Truth];
+    let all = |kind: &ColumnKind| filled.clone().all(|t| read_cell(*kind, t) != Cell::Empty);
+    kinds.into_iter().find(all).unwrap_or(ColumnKind::Text)
+}
+
+/// A cell as [`Cell::text`] wrote it; empty where it is of another kind.
+fn read_cell(kind: ColumnKind, text: &str) -> Cell {
+    match kind {
+        ColumnKind::Text if text.is_empty() => Cell::Empty,
+        ColumnKind::Text => Cell::Text(text.to_owned()),
+        ColumnKind::Integer => text.parse().map_or(Cell::Empty, Cell::Integer),
+        ColumnKind::Real => text.parse().map_or(Cell::Empty, Cell::Real),
+        ColumnKind::Truth => text.parse().map_or(Cell::Empty, Cell::Truth),
+    }
+}
+
 /// Hashes what is written.
 struct Hashed<W> {
     out: W,
@@ -304,6 +353,64 @@ impl Results {
             Ok(())
         })?;
         Ok(Results { columns: header(sweep), rows, tally, is_complete: tally.missing == 0 })
+    }
+
+    /// The table that a finished sweep wrote as CSV. What kind of values an axis has is guessed
+    /// from all of them.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn read(input: impl Read) -> Result<Results, ResultsError> {
+        let mut reader = csv::Reader::from_reader(input);
+        let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+        if let Some((name, ..)) = FIRST.iter().find(|(name, ..)| !names.iter().any(|n| n == name)) {
+            return Err(ResultsError::Missing(name));
+        }
+        let records = reader.records().collect::<Result<Vec<_>, _>>()?;
+        let texts = |i: usize| records.iter().map(move |record| &record[i]);
+        let column = |(i, name): (usize, &String)| {
+            let kind = fixed_kind(name).unwrap_or_else(|| guessed_kind(texts(i)));
+            Column { name: name.clone(), kind }
+        };
+        let columns: Vec<Column> = names.iter().enumerate().map(column).collect();
+        let row = |record: &csv::StringRecord| {
+            let cell = |(column, text): (&Column, &str)| match (text, fixed_kind(&column.name)) {
+                // A word of a row is never absent.
+                ("", Some(ColumnKind::Text)) => Cell::Text(String::new()),
+                _ => read_cell(column.kind, text),
+            };
+            columns.iter().zip(record).map(cell).collect()
+        };
+        let rows = records.iter().map(row).collect();
+        let mut results = Results { columns, rows, tally: Tally::default(), is_complete: false };
+        // A design is as good as the worst of its energy tables.
+        let mut fates: BTreeMap<String, u8> = BTreeMap::new();
+        for row in results.means() {
+            let word = |column| results.cell(row, column).map(Cell::text).unwrap_or_default();
+            let fate = ["ok", "missing", "failed", "invalid"];
+            let fate = fate.iter().position(|fate| *fate == word("status")).unwrap_or(1) as u8;
+            let worst = fates.entry(word("point")).or_default();
+            *worst = fate.max(*worst);
+        }
+        fates.remove("");
+        let count = |fate: u8| fates.values().filter(|own| **own == fate).count() as u64;
+        let [ok, missing, failed, invalid] = [0, 1, 2, 3].map(count);
+        let tally = Tally { ok, missing, failed, invalid, defects: 0 };
+        results.is_complete = tally.missing == 0;
+        results.tally = tally;
+        Ok(results)
+    }
+
+    /// Writes the table, as CSV and Parquet, into the store that its sweep was kept in, with what
+    /// it was made from: whoever opens that sees a finished sweep.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: it cannot be written.
+    pub fn keep(&self, sweep: &OpenedSweep<'_>, store: &dyn Store) -> Result<(), RunError> {
+        let mut files = ResultFiles::create(store, &self.columns)?;
+        self.rows.iter().cloned().try_for_each(|row| files.row(row))?;
+        write_sources(sweep, store)?;
+        files.finish().map(drop)
     }
 
     /// The cell of a row in the column of this name.

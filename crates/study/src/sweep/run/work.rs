@@ -66,6 +66,7 @@ pub fn work(
     let mut work = RunWork { designs, plan, display_fps: file.display_fps, sink, memory, watch };
     for trace in traces {
         let of = |machine: &Vec<u32>| plan.designs[machine[0] as usize].work;
+        // The plan has machines in the order of what they need of a frame.
         for machines in machines.chunk_by(|a, b| of(a) == of(b)) {
             let missing = work.missing(machines, trace)?;
             if !missing.is_empty() && !work.with_same_work(&missing, trace)? {
@@ -132,11 +133,13 @@ impl RunWork<'_, '_, '_> {
             watch,
         };
         let mut window = Window::bin(&mut **frames, key, range.start, memory)?;
+        // With all frames in memory a machine goes through at one go and is kept at once.
         if window.is_whole {
             machines.par_iter().try_for_each(|machine| crew.through_all(machine, &window))?;
             return Ok(!watch.is_cancelled());
         }
         for block in machines.chunks(BLOCK) {
+            // The first block finds the first window made.
             if window.start != range.start {
                 window = Window::bin(&mut **frames, key, range.start, memory)?;
             }

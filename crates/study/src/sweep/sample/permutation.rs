@@ -38,6 +38,8 @@ impl Permutation {
         let mask = (1u64 << self.half_bits) - 1;
         let (mut left, mut right) = (number >> self.half_bits, number & mask);
         for key in self.keys {
+            // An exclusive-or can be taken back whatever `mix` gives, so that no two numbers become
+            // one.
             let mixed = mix(right ^ key) & mask;
             (left, right) = (right, left ^ mixed);
         }

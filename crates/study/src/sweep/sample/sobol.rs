@@ -68,6 +68,8 @@ fn directions(dimension: usize) -> [u32; BITS] {
         v[i] = if i < degree {
             first[i] << (BITS - 1 - i)
         } else {
+            // The recurrence of the primitive polynomial: its inner coefficients, highest first,
+            // choose the terms.
             let mut value = v[i - degree] ^ (v[i - degree] >> degree);
             for k in 1..degree {
                 if (inner >> (degree - 1 - k)) & 1 == 1 {
@@ -109,6 +111,7 @@ impl Sobol {
     pub fn next_point(&mut self) -> Vec<f64> {
         let unit = |(state, shift): (&u32, &u32)| f64::from(state ^ shift) / (1u64 << BITS) as f64;
         let point = self.state.iter().zip(&self.shift).map(unit).collect();
+        // In Gray code one bit changes from a count to the next: that of its lowest zero.
         let bit = self.count.trailing_ones() as usize;
         self.count = self.count.wrapping_add(1);
         for (state, directions) in self.state.iter_mut().zip(&self.directions) {

@@ -61,6 +61,8 @@ impl Ranked {
             let mut next = Vec::new();
             for &i in &current {
                 ranked.rank[i] = rank;
+                // Fast non-dominated sorting (Deb et al. 2002): a point is next when all that beat
+                // it are ranked.
                 for &j in &beats[i] {
                     beaten_by[j] -= 1;
                     if beaten_by[j] == 0 {
@@ -85,6 +87,7 @@ impl Ranked {
             order.sort_by(|&a, &b| value(a).total_cmp(&value(b)).then(a.cmp(&b)));
             let (first, last) = (order[0], order[order.len() - 1]);
             let width = value(last) - value(first);
+            // The ends always stay, so that the front keeps its extent.
             self.crowding[first] = f64::INFINITY;
             self.crowding[last] = f64::INFINITY;
             if width > 0.0 {

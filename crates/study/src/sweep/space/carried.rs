@@ -79,6 +79,7 @@ fn most_abreast(base: &Table) -> Option<i64> {
     let way = get(base, "vru.impl").and_then(Value::as_str);
     let units = get(base, "vru.units-per-core").and_then(Value::as_integer);
     let units = units.filter(|n| *n > 0 && way == Some("parallel"))?;
+    // A power of two on each side, and the square of it no more than the units.
     Some(1 << (units.ilog2() / 2))
 }
 

@@ -96,6 +96,7 @@ fn some_points(space: &Space, most: u64) -> Box<dyn Iterator<Item = u64>> {
     if points <= most {
         return Box::new(0..points);
     }
+    // A fixed seed: a file is always judged alike.
     let mut random = Pcg64::seed_from_u64(1);
     Box::new((0..most).map(move |_| random.random_range(0..points)))
 }
@@ -158,6 +159,7 @@ fn moves(space: &Space, number: usize, around: &[u64]) -> Result<bool, Rejected>
         let mut digits = space.lattice.digits(index);
         let mut first: Option<Design> = None;
         for i in 0..tried {
+            // Evenly from the first to the last; with two values at least, nothing is divided by 0.
             digits[number] = (u64::from(i) * u64::from(len - 1) / u64::from(tried - 1)) as u32;
             let design = match space.built(space.lattice.index(&digits), false) {
                 Ok(design) => design,
@@ -266,6 +268,7 @@ fn changes_price(space: &Space, designs: &[Design], table: usize, number: usize)
     let (key, value) = changes.remove(number);
     let other = Energy { label: energy.label.clone(), table: energy.table.clone(), changes };
     designs.iter().any(|design| {
+        // What cannot be built proves nothing against the key.
         let Ok(mut draft) = Draft::new(space, design.index) else { return true };
         if draft.derive().is_err() {
             return true;

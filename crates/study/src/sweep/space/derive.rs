@@ -39,6 +39,7 @@ pub(super) fn order(all: &mut Vec<Derived>, found: &mut AxisFound<'_>) {
     while !rest.is_empty() {
         let waits = |d: &Derived| {
             let names = d.expr.names();
+            // With its own name among them: a key that needs itself is a circle, too.
             rest.iter().any(|other| names.contains(other.key.to_string().as_str()))
         };
         let Some(next) = rest.iter().position(|d| !waits(d)) else {

@@ -45,10 +45,12 @@ impl<'a> Draft<'a> {
         for (_, change) in space.set.iter().enumerate().filter(|(i, _)| Some(*i) != setting) {
             draft.put(change);
         }
+        // In the order of the file: a condition sees the axes before its own.
         for (i, axis) in space.axes.iter().enumerate() {
             let counts = draft.counts(i, axis)?;
             draft.active.push(counts);
             if !counts {
+                // All values of it are one point here, and the first is the one that is simulated.
                 draft.digits[i] = 0;
                 continue;
             }
@@ -146,6 +148,7 @@ impl<'a> Draft<'a> {
         if key.file == FileKind::Machine {
             return get(&self.machine, &key.path).cloned();
         }
+        // Of several changes the last counts.
         if let Some((_, value)) = self.changes.iter().rev().find(|(k, _)| *k == key) {
             return Some(value.clone());
         }

@@ -13,6 +13,7 @@ use crate::sweep::key::{FileKind, Key};
 use crate::sweep::table::{Facts, LAST};
 use powergs_core::sim::cost::peak_w;
 use powergs_core::sim::statistics::{Statistic, catalogue};
+use powergs_energy::Prices;
 
 /// What is computed once a machine is priced, by table.
 const PRICED: [&str; 4] = ["area_mm2", "area_mm2.core", "leakage_w", "peak_w"];
@@ -36,11 +37,12 @@ pub(super) fn is_computed(name: &str, energy: &[Energy]) -> bool {
 
 /// What is known of a design under the energy table at `place`, in the order of the columns.
 pub(crate) fn facts(design: &Design, place: usize) -> Facts {
-    let of = Computed { machine: &design.machine, prices: &design.prices[place..] };
-    LAST.map(|(name, ..)| match computed(name, &of) {
-        Some(Value::Number(x)) => Some(x),
-        _ => None,
-    })
+    known(&design.machine, design.prices[place].prices.as_ref().ok())
+}
+
+/// What is known of a machine with its prices before it is simulated, in the order of the columns.
+pub(crate) fn known(machine: &Machine, prices: Option<&Prices>) -> Facts {
+    LAST.map(|(name, ..)| known_of(name, machine, prices))
 }
 
 pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
@@ -48,7 +50,10 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
         None => (of.prices.first()?, name),
         Some((label, name)) => (of.prices.iter().find(|p| p.label == label)?, name),
     };
-    let (machine, prices) = (of.machine, priced.prices.as_ref().ok());
+    known_of(name, of.machine, priced.prices.as_ref().ok()).map(Value::Number)
+}
+
+fn known_of(name: &str, machine: &Machine, prices: Option<&Prices>) -> Option<f64> {
     let number = match name {
         "area_mm2" => prices?.area.as_ref()?.total().0,
         "area_mm2.core" => prices?.area.as_ref()?.core().0,
@@ -61,7 +66,7 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
         }
         _ => return None,
     };
-    Some(Value::Number(number))
+    Some(number)
 }
 
 /// Problems with the names of all expressions.

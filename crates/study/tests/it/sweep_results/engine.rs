@@ -4,10 +4,12 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use powergs_core::run::{
-    Change, Frames, MemoryFrames, MemoryStore, RunError, Store, System, TraceFile, Watch,
+    Change, Frames, MemoryFrames, MemoryStore, RunError, Session, Store, System, TraceFile, Watch,
 };
-use powergs_study::analysis::{Analysis, Question, Table};
+use powergs_study::analysis::{Analysis, Objective, Question, Table};
 use powergs_study::sweep::file::Objectives;
+use powergs_study::sweep::gathered::{GatheredDesign, differences, gathered};
+use powergs_study::sweep::outcome::Outcome;
 use powergs_study::sweep::run::results::Results;
 use powergs_study::sweep::run::{Shard, Sweep, SweepWatch};
 
@@ -122,4 +124,61 @@ fn a_table_in_memory_answers_as_its_csv_does() {
     let made = Table::of(&results, &question).unwrap();
     assert_eq!(read, made);
     assert!(!Analysis::of(&made, &question).unwrap().front.is_empty());
+}
+
+#[test]
+fn a_table_that_was_kept_is_read_back() {
+    let store = MemoryStore::new();
+    let mut frames = frames();
+    let sweep = sweep();
+    let mut opened = sweep.open(&mut frames).unwrap();
+    let results = opened.run(&store, usize::MAX, &()).unwrap();
+    results.keep(&opened, &store).unwrap();
+    let text = store.read_text("results.csv").unwrap().expect("a table");
+    let read = Results::read(text.as_bytes()).unwrap();
+    assert_eq!(read.tally, results.tally);
+    assert_eq!(read.columns, results.columns);
+    assert_eq!(read.rows, results.rows);
+    let other = Results::read("a,b\n1,2\n".as_bytes());
+    assert!(other.is_err_and(|e| e.to_string().contains("`point`")));
+}
+
+/// Outcomes of machines that were replayed one by one.
+fn replayed(system: &System, frames: &mut MemoryFrames) -> Outcome {
+    let mut session = Session::new(frames, &());
+    let reports = session.reports(std::slice::from_ref(system)).unwrap().remove(0);
+    Outcome::of(&reports, 60.0).expect("frames")
+}
+
+#[test]
+fn machines_that_were_replayed_make_the_table_of_a_sweep() {
+    let base = System::named("gscore").unwrap();
+    let cores = |n: u32| base.with(&[format!("vru.cores={n}").parse::<Change>().unwrap()]).unwrap();
+    let systems = [base.clone(), cores(2), cores(8)];
+    let names: Vec<&System> = systems.iter().collect();
+    let mut designs = Vec::new();
+    for (i, (system, settings)) in names.iter().zip(differences(&names)).enumerate() {
+        assert_eq!(settings.len(), 1, "{settings:?}");
+        let ran = Ok((*system, vec![replayed(system, &mut frames())]));
+        let values = vec![vec![Some(i as f64)]];
+        designs.push(GatheredDesign { point: (i as u64).checked_sub(1), settings, ran, values });
+    }
+    let wrong = Err("no such machine".to_owned());
+    designs.push(GatheredDesign { point: Some(2), settings: vec![], ran: wrong, values: vec![] });
+    let ours = gathered(&designs, &["demo".into()], &["mine".into()]);
+    let plain = Sweep::over(base.clone()).axis("vru.cores", [2, 8]);
+    let its = plain.run(&mut frames(), &MemoryStore::new(), &()).unwrap();
+    // The table of the sweep, with a column and a design more.
+    assert_eq!(ours.columns[..its.columns.len()], its.columns);
+    for (own, row) in ours.rows.iter().zip(&its.rows) {
+        for (i, column) in its.columns.iter().enumerate().filter(|(_, c)| c.name != "id") {
+            assert_eq!(own[i], row[i], "{}", column.name);
+        }
+    }
+    assert_eq!((ours.tally.ok, ours.tally.invalid), (2, 1));
+    let mine: Vec<f64> = ours.means().filter_map(|row| ours.number(row, "mine")).collect();
+    assert_eq!(mine, [0.0, 1.0, 2.0]);
+    let question = Question::of(vec![Objective::minimize("mine")]);
+    let table = Table::of(&ours, &question).unwrap();
+    assert_eq!(Analysis::of(&table, &question).unwrap().front.len(), 1);
 }

@@ -186,3 +186,19 @@ proptest! {
         prop_assert_eq!(value, Value::Number(a + b * c - b / c));
     }
 }
+
+#[test]
+fn a_condition_is_missed_by_the_side_that_counts() {
+    let missed = |text: &str| {
+        Expr::parse(text).and_then(|e| e.missed_by(&lookup, &lookup)).map_err(|e| e.to_string())
+    };
+    assert_eq!(missed("a <= 3.5"), Ok(0.5));
+    assert!(missed("a <= 7").is_ok_and(|by| by <= 0.0));
+    // Equal sides miss a strict bound.
+    assert!(missed("a < 7").is_ok_and(|by| by > 0.0 && by < 1e-300));
+    // A side that has no value counts only where the other one does not decide.
+    assert!(missed("b > 4 && a / (b - 2) < 3").is_ok_and(|by| by == 0.5));
+    assert!(missed("b < 4 || a / (b - 2) < 3").is_ok_and(|by| by <= 0.0));
+    assert!(missed("b < 4 && a / (b - 2) < 3").is_err());
+    assert!(missed("b > 4 || a / (b - 2) < 3").is_err());
+}

@@ -52,6 +52,7 @@ impl Held {
     /// Bytes that its further reads may bring, as is known now.
     fn rest(&self, ccu: &Ccu, at: &Now<'_, '_>) -> u64 {
         let is_here = at.memory.at(self.transfer) <= at.now;
+        // Who survives, or has a tile, is known only when the read that decides it has arrived.
         let known = if is_here { self.reads } else { self.reads - 1 };
         ccu.may_read(&self.batch, known, self.reads)
     }
@@ -130,6 +131,8 @@ impl CcuState {
                 shared.lists.complete(held.index, held.batch.splats);
             }
         }
+        // `writing` counts the front of `held`, so that a batch leaves with all before it or not at
+        // all.
         while self.writing > 0 && self.held[0].is_written {
             self.pop_oldest();
         }
@@ -141,11 +144,14 @@ impl CcuState {
             let (held, ccu) = (&mut self.held[self.writing], &shared.units.ccu);
             let (b, bytes, back) =
                 (held.batch, ccu.written(&held.batch), ccu.read_back(&held.batch));
+            // What is written may depend on it: pointers that are not on chip, the rest of a line
+            // (A90).
             if back > 0 && !held.reads_back {
                 let span = |layout: &Layout| layout.read_back(&b);
                 held.transfer = shared.issue(now, self.owner, READ_BACK, back, span);
                 held.reads_back = true;
             }
+            // Younger batches wait too, because results leave in the order of batches.
             if held.reads_back && shared.memory.at(held.transfer) > now {
                 break;
             }
@@ -153,6 +159,8 @@ impl CcuState {
             held.transfer = shared.issue(now, self.owner, RESULTS, bytes, span);
             self.writing += 1;
             let at = shared.memory.at(held.transfer);
+            // On the device the end is not known yet; the memory wakes this unit when the write is
+            // done.
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
         }
         if let Some(entered) = self.entering.take_if(|e| e.end <= now) {
@@ -163,6 +171,8 @@ impl CcuState {
     /// Whether `bytes` more for the batch at `place` leave room for what it and older batches may
     /// yet need, each when those before it are gone. `rest`: what it may need after these bytes.
     fn admits(&self, ccu: &Ccu, place: usize, bytes: u64, rest: u64, now: &Now<'_, '_>) -> bool {
+        // What is larger than the share enters an empty buffer alone (A32), or the unit would never
+        // go on.
         if self.input.used() == 0 {
             return true;
         }
@@ -171,7 +181,10 @@ impl CcuState {
             let own = self.held.get(place).map_or(0, |held| held.room);
             return self.input.used() == own;
         };
+        // The batch in the unit gives its room back without asking for more.
         free += self.entering.map_or(0, |entering| entering.room);
+        // Each older batch must be able to end with what those before it leave (A36): else it could
+        // wait for this one, which waits for it.
         for held in self.held.range(self.entered..).take(place.saturating_sub(self.entered)) {
             if held.rest(ccu, now) > free {
                 return false;
@@ -183,6 +196,7 @@ impl CcuState {
 
     /// Issues the further reads of batches of which one has arrived.
     fn read_on<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        // Oldest first: room goes to the batch that enters the unit next.
         for place in self.entered..self.held.len() {
             while let Some(held) = self.held.get(place)
                 && held.reads < READS
@@ -223,6 +237,7 @@ impl CcuState {
         let busy = now + cycles;
         let end = busy + stalls;
         self.output.fill(now, bytes);
+        // Its room is kept until the last record has entered, conflicts of banks included.
         self.entering = Some(Entering { index: head.index, room: head.room, busy, end });
         head.until = end + u64::from(ccu.spec.latency);
         self.entered += 1;
@@ -334,6 +349,7 @@ impl CcuState {
 
     /// Closes the accounts of its buffers at the end of the frame.
     pub(crate) fn close(&mut self, now: u64, results: impl Fn(&Batch) -> u64) {
+        // Nothing waited for the last writes, so that no step has collected them.
         let left = self.held.drain(..).filter(|held| !held.is_written);
         left.for_each(|held| self.output.release(now, results(&held.batch)));
     }

@@ -126,6 +126,8 @@ impl ChunkIssue {
                 return false;
             }
             issuing.next_tile();
+            // Behind the next tile other chunks are speculated on, once its own last chunk is
+            // queued.
             ports.features.may_speculate = false;
         }
         let resident = ports.shared.units.qsu.resident(&job.keys);
@@ -144,6 +146,7 @@ impl ChunkIssue {
 
     /// Passes a tile without chunks if no chunk waits for the VRU; returns whether it did.
     fn issue_empty<O>(&self, tile: u32, job: &Job, ports: &mut ChunkIssuePorts<O>) -> bool {
+        // It takes no room: without this rule any number of empty tiles could queue up.
         if !ports.features.is_empty() {
             return false;
         }
@@ -184,6 +187,7 @@ impl ChunkIssue {
             if !ports.features.buffer.admits(ports.shared.units.vru.chunk_bytes(chunk)) {
                 return false;
             }
+            // Only behind the check of room: a chunk that waits must not move the progress twice.
             let sort = issuing.sorted.next(ports.shared.workload, job, work, position);
             self.issue_chunk(tile, position, sort, job, ports);
             issuing.next_chunk += 1;
@@ -245,6 +249,8 @@ impl ChunkIssue {
     ) -> u64 {
         let units = shared.units;
         let (cycles, stalls) = units.rules.bsu.times(&units.bsu, &sort, &mut shared.rule_check);
+        // BSUs are a gang with one queue: sorts follow each other, however early they are asked
+        // for.
         let start = self.sorter_free.max(now);
         let busy = start + cycles;
         self.sorter_free = busy + stalls;
@@ -282,6 +288,7 @@ impl ChunkIssue {
         let (now, shared) = (ports.now, &mut *ports.shared);
         let (units, workload) = (shared.units, shared.workload);
         let (work, chunk) = (&workload.tiles[tile as usize], workload.geometry.chunk);
+        // That the tile is done is known only when its last needed chunk has been rendered (A30).
         while ports.features.may_speculate && issuing.speculated < units.vru.spec.speculation {
             let issued = work.loaded + issuing.speculated * chunk;
             let entries = work.entries.saturating_sub(issued).min(chunk);
@@ -300,6 +307,8 @@ impl ChunkIssue {
             let of = |is_done: bool| if is_done { 0 } else { u64::from(entries) };
             let keys = of(job.group.is_some() || job.keys.merged);
             let sort = Sort { keys, filtered: of(job.group.is_none()) };
+            // Charged here, because the totals of the frame know nothing of chunks that are
+            // dropped.
             let (bsu, check) = (&units.rules.bsu, &mut shared.rule_check);
             bsu.charge(&units.bsu, &sort, &mut self.speculation, check);
             units.vru.charge_unused(entries, &mut self.speculation);

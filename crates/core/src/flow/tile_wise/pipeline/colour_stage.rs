@@ -41,6 +41,7 @@ impl ColourStage {
         if memory.at(chunk.features) > now {
             return;
         }
+        // The entry is free before the colours are there, because the unit is a pipeline (A31).
         self.free = now + chunk.colours;
         chunk.coloured = self.free + unit.latency;
         self.ledger.book(State::Busy(chunk.tile), now, self.free, observer);

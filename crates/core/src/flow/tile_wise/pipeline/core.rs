@@ -61,6 +61,8 @@ impl Core {
 
     /// Processes the events of cycle `now`; returns the cycle of its next own event.
     pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
+        // Room is given back before anything asks for it, so that it is used again in the same
+        // cycle.
         self.features.free_dropped(now, &shared.memory);
         self.list_fetch.release_sorted(now);
         self.render.retire(now, &mut self.features, &shared.memory);
@@ -76,6 +78,7 @@ impl Core {
         if shared.observer.wants_levels() {
             self.tell(now, shared.observer);
         }
+        // Chunk issue has no events of its own: what lets it go on is an event of one of these.
         let render = self.render.wake(now, &self.features, &shared.memory);
         let colour = self.colour.wake(&mut self.features, &shared.memory);
         render.min(colour).min(self.list_fetch.wake(now, shared))
@@ -114,6 +117,7 @@ impl Core {
     pub(crate) fn account(&mut self, now: u64, observer: &mut impl Observer) {
         let [qsu, bsu, vru, colour] = self.states;
         self.qsu.book(qsu, self.since, now, observer);
+        // Up to `sorter_free` the BSUs were booked when their sorts were queued.
         let bsu_since = self.since.max(self.issue.sorter_free);
         self.issue.ledger.book(bsu, bsu_since, now, observer);
         self.render.ledger.book(vru, self.since, now, observer);

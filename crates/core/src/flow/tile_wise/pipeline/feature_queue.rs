@@ -94,12 +94,14 @@ impl FeatureQueue {
     /// The last needed chunk of a tile has been rendered: drops the speculative ones behind it.
     pub(crate) fn end_tile(&mut self, now: u64, memory: &TileMemory) {
         while let Some(unused) = self.chunks.pop_front_if(|next| next.speculative) {
+            // Data that is still to come needs its place, although it is not wanted any more.
             if memory.at(unused.features) <= now {
                 self.buffer.discard(now, unused.bytes);
             } else {
                 self.dropped.push((unused.features, unused.bytes));
             }
         }
+        // The tile that is being issued may be a later one, whose last chunk still waits.
         let is_queued = self.chunks.iter().any(|next| next.pixels.is_some());
         self.may_speculate &= is_queued;
     }

@@ -148,6 +148,8 @@ pub(super) fn follow<'a, O: Observer>(
     let mut end = frame;
     StepPart::ALL.map(|part| {
         let Agents { gradients, work: Some(work), .. } = &mut *agents else { return end };
+        // With `behind` the loss and the gradients of a tile were found while the frame was
+        // rendered.
         let is_done = work.is_behind() && matches!(part, StepPart::Loss | StepPart::Reverse);
         if !is_done {
             for unit in gradients.iter_mut() {
@@ -156,6 +158,8 @@ pub(super) fn follow<'a, O: Observer>(
             }
             agents.drive(which.clone(), end, shared);
         }
+        // Units that worked during the frame may end after it: that is time of the reverse part,
+        // and none of the loss.
         if part != StepPart::Loss || !is_done {
             end = agents.gradients.iter().map(GradientUnit::end).fold(end, u64::max);
         }
@@ -175,6 +179,8 @@ impl StreamParts<'_> {
     /// Of a part of a step, from cycle `begins` on.
     fn stream(&self, part: StepPart, account: Account, begins: u64) -> BlockStream {
         let (bytes, places) = (self.work.bytes(part), self.layout.step(part));
+        // Where an even share would begin: a core that takes more runs into what the layout has
+        // spare.
         let share = |way: usize| bytes[way] / self.work.cores() as u64 * u64::from(self.core);
         let unit = BlockUnit {
             stage: GRU,

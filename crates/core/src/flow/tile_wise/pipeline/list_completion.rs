@@ -35,6 +35,7 @@ impl ListCompletion {
             self.written.resize(index + 1, None);
         }
         self.written[index] = Some(splats);
+        // Lists are complete by storage order: a batch behind a gap completes none.
         while let Some(splats) = self.written.pop_front_if(|w| w.is_some()).flatten() {
             (self.first, self.splats, self.has_grown) =
                 (self.first + 1, self.splats + splats, true);

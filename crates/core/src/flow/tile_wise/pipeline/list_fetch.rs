@@ -110,11 +110,14 @@ impl ListFetch {
         sorter: &mut ChunkIssue,
         shared: &mut Shared<O>,
     ) {
+        // QSUs are a gang: the first job that is not ready holds up those behind it.
         for held in &mut self.held {
             let left = match held.waits {
                 Waiting::Ready => continue,
                 Waiting::Reading(read) if shared.memory.at(read) <= now => {
                     let job = &shared.plan.jobs[held.job as usize];
+                    // Depths of kept entries are a frame old, and are read anew before the list is
+                    // sorted (A75).
                     if job.depths > 0 {
                         let bytes = job.depths * shared.units.qsu.depth;
                         let pattern = |layout: &Layout| layout.depths(job);
@@ -126,6 +129,8 @@ impl ListFetch {
                         let sort = shared.plan.jobs[held.job as usize].chunks();
                         let keys = sorter.sort(held.tile, sort, now, shared);
                         let left = held.keys.passes;
+                        // Where merges follow, what does not fit goes out and in once for the
+                        // chunks as well (A126).
                         let spill = match left {
                             0 => None,
                             _ => spill_keys(held.keys, now, self.core, self.owner, shared),
@@ -176,6 +181,7 @@ impl ListFetch {
                 waits: Waiting::ListIncomplete,
             });
         }
+        // Lists are read in the order of jobs: one without room holds up all behind it.
         for held in &mut self.held {
             let job = &shared.plan.jobs[held.job as usize];
             if matches!(held.waits, Waiting::ListIncomplete) && shared.lists.has(job.complete_after)
@@ -204,6 +210,7 @@ impl ListFetch {
     /// Takes the next job of this core from the schedule.
     fn take<'a, O>(&mut self, shared: &mut Shared<'a, O>) -> Option<(u32, &'a Job)> {
         let plan = shared.plan;
+        // Without `static` the first core that asks takes the next job of the schedule (A29).
         let next = if plan.is_static { &mut self.next } else { &mut shared.next_job };
         let index = *next;
         let job = plan.jobs.get(index as usize)?;
@@ -244,6 +251,8 @@ impl ListFetch {
     pub(crate) fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |arrival: Arrival| later(shared.memory.at(arrival));
+        // A list that is completed wakes the cores from outside; places and room are made by own
+        // events.
         let working = self.working().map_or(NEVER, |held| match held.waits {
             Waiting::ListIncomplete | Waiting::BufferFull | Waiting::Ready => NEVER,
             Waiting::Reading(read) | Waiting::Depths(read) => at(read),
@@ -253,6 +262,7 @@ impl ListFetch {
             }
         });
         let is_blocked = self.held.iter().any(|held| matches!(held.waits, Waiting::BufferFull));
+        // Keys that are freed matter only to a list that waits for room.
         let release = self.releases.front().map_or(NEVER, |r| later(r.0));
         working.min(if is_blocked { release } else { NEVER })
     }
@@ -275,6 +285,8 @@ fn spill_keys<O: Observer>(
 ) -> Option<Arrival> {
     let overflow = shared.units.qsu.overflow(&keys);
     (overflow > 0).then(|| {
+        // The memory takes both requests in this order, so that nothing has to wait for the write
+        // (A34).
         let pattern = |layout: &Layout| layout.spill(core, overflow);
         shared.issue(now, owner, SPILL_OUT, overflow, pattern);
         shared.issue(now, owner, SPILL_IN, overflow, pattern)

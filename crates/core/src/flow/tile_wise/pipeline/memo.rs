@@ -70,6 +70,7 @@ impl CcuKey {
 /// not where lists are kept, which changes what CCUs write, not with a CCU rule from outside of
 /// the crate, whose calls are checked in every frame, and not where somebody watches.
 pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bool {
+    // Each of these would make preprocessing depend on something that the key does not have.
     machine.tiles().schedule.overlap == Overlap::None
         && machine.tiles().rules.ccu == Rule::BUILT_IN
         && shared.memory.flat().is_some()
@@ -89,6 +90,7 @@ pub(super) fn preprocess<'a, O: Observer>(
     begins: u64,
 ) {
     let Some(memo) = memo else { return drive(agents, shared, begins) };
+    // The key needs no `begins`: a frame whose pixels are moved first is never shared, so it is 0.
     let key = CcuKey::of(machine, shared.units);
     if let Some(left) = memo.find(&key) {
         agents.ccus.clone_from(&left.ccus);
@@ -109,6 +111,7 @@ fn drive<'a, O: Observer>(agents: &mut Agents<'a>, shared: &mut Shared<'a, O>, b
     agents.drive(0..ccus, begins, shared);
     if shared.begin_second_pass() {
         let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
+        // Between the passes a sum over the tiles, one a cycle, gives every list its place (A90).
         agents.drive(0..ccus, end + (shared.workload.tiles.len() as u64).max(1), shared);
     }
 }

@@ -89,6 +89,7 @@ impl RenderStage {
         if chunk.pixels.is_some() {
             self.finished = chunk.pixels;
             self.tile_cycles.count(now - self.tile_since.take().unwrap_or(now));
+            // Only now does the core know that what it fetched ahead is not needed (A30).
             features.end_tile(now, memory);
         }
     }
@@ -101,6 +102,7 @@ impl RenderStage {
         let pattern = |layout: &Layout| layout.pixels(tile, bytes);
         let write = shared.issue(now, self.owner, PIXELS, bytes, pattern);
         self.writing.push((write, bytes));
+        // Gradient units take what is kept on chip, and need not wait for the write of the pixels.
         if let Some(handed) = &mut shared.handed {
             handed.hand(self.ledger.instance(), tile);
         }
@@ -109,6 +111,7 @@ impl RenderStage {
 
     /// Begins the next chunk if the VRU is free, and the next tile if what is kept of it has room.
     pub(crate) fn begin<O>(&mut self, now: u64, features: &mut FeatureQueue, shared: &Shared<O>) {
+        // Units still hold a finished tile whose pixels have no room, and cannot take the next one.
         if self.rendering.is_some() || self.finished.is_some() || self.is_held(shared) {
             return;
         }
@@ -136,6 +139,7 @@ impl RenderStage {
         shared: &Shared<O>,
     ) -> Option<State> {
         let memory = &shared.memory;
+        // A stall has one cause: what comes from memory is named before what units have yet to do.
         match (&self.rendering, self.finished, features.first()) {
             (Some(r), _, _) if r.busy > now => Some(State::Busy(r.chunk.tile)),
             (Some(_), _, _) => Some(State::Stalled(Stall::BANK)),

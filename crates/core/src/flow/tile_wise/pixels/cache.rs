@@ -88,6 +88,8 @@ impl RadianceCaches {
                     let known = set.iter().position(|known| known.key == key);
                     let known = known.map(|at| set.remove(at));
                     found.hits += u64::from(known.is_some());
+                    // A hit has left its place already, so that only a miss drops the entry that
+                    // was used longest ago.
                     set.truncate(ways - 1);
                     set.insert(0, known.unwrap_or(RadianceEntry { key, from: [frame, pixel] }));
                     known.map(|known| known.from)
@@ -118,6 +120,7 @@ fn looked_up(
             let (key, first, last, all) = &mut seen[pixel];
             *all += 1;
             if *first < ids {
+                // Mixed step by step: the same Gaussians in another order are another key.
                 (*key, *first, *last) = (mixed(*key ^ id), *first + 1, at);
             }
         });
