@@ -31,8 +31,8 @@ fn of_checkout() -> Option<String> {
 
 /// The commit that `cargo package` has written down, or whoever made the Python source.
 fn of_package() -> Option<String> {
-    let noted =
-        ["COMMIT", "python/COMMIT"].iter().find_map(|file| std::fs::read_to_string(file).ok());
+    let files = ["COMMIT", "../COMMIT"].iter();
+    let noted = files.map(std::fs::read_to_string).find_map(Result::ok);
     if let Some(commit) = noted {
         return Some(commit.trim().to_owned());
     }
