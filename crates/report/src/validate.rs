@@ -34,8 +34,9 @@ mean over the workloads of the row. Its status says what it is good for:
 - *dropped*: nothing can be decided by it, for the reason in its note.
 
 Workloads are synthetic scenes that match published statistics of the scenes that were used
-([synth.md](../docs/synth.md)): points, image size, opacities, shapes. None was tuned to a row, unless its
-line says so, and a few per cent of agreement on an absolute number are luck; ratios say more.
+([synth.md](../docs/synth.md)): points, image size, opacities, shapes. None was tuned to a row,
+unless its line says so, and a few per cent of agreement on an absolute number are luck; ratios say
+more.
 ";
 
 /// Below this share of a published gain a page says what is missing.

@@ -27,7 +27,7 @@ pub const PARQUET: &str = "results.parquet";
 
 /// Why a text is no table of results.
 #[derive(Debug, thiserror::Error)]
-pub enum ResultsError {
+pub enum SweepTableError {
     /// It is no CSV, or reading failed.
     #[error("{0}")]
     Csv(#[from] csv::Error),
@@ -360,11 +360,11 @@ impl Results {
     ///
     /// # Errors
     /// What is wrong with the text.
-    pub fn read(input: impl Read) -> Result<Results, ResultsError> {
+    pub fn read(input: impl Read) -> Result<Results, SweepTableError> {
         let mut reader = csv::Reader::from_reader(input);
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         if let Some((name, ..)) = FIRST.iter().find(|(name, ..)| !names.iter().any(|n| n == name)) {
-            return Err(ResultsError::Missing(name));
+            return Err(SweepTableError::Missing(name));
         }
         let records = reader.records().collect::<Result<Vec<_>, _>>()?;
         let texts = |i: usize| records.iter().map(move |record| &record[i]);
