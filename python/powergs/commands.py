@@ -35,12 +35,10 @@ WITHOUT_NAME = {
 def _function(command: dict[str, Any]) -> Callable[..., Outcome]:
     both = inspect.Parameter.POSITIONAL_OR_KEYWORD
     parameters, lines = [], [command["help"] + ".", "", "Parameters", "----------"]
-    known = {}
     for argument in sorted(command["arguments"], key=lambda a: bool(a["is_flag"])):
         name = python_name(argument["name"])
         if f"--{argument['name']}" in WITHOUT_NAME and argument["is_flag"]:
             continue
-        known[name] = argument
         is_place = not argument["is_flag"]
         kind = both if is_place else inspect.Parameter.KEYWORD_ONLY
         needed = is_place and argument["is_required"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class PowergsError(Exception):
     """Whatever powergs raises itself."""
@@ -55,6 +57,9 @@ class MissingFileError(InputError, FileNotFoundError):
 
 class GoalMissed(PowergsError):
     """It ran, and the goal was not met."""
+
+    #: What a command of ``powergs.commands`` found all the same: its ``Outcome``.
+    outcome: Any = None
 
 
 class InternalError(PowergsError, RuntimeError):

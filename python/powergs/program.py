@@ -147,6 +147,8 @@ def _text(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, (str, int, float)):
         return str(value)
+    if hasattr(value, "__index__"):  # whole numbers of NumPy
+        return str(int(value))
     # A trace of this package is its file.
     path = getattr(value, "path", value)
     if path is None:
@@ -190,18 +192,22 @@ def _words(command: dict[str, Any], bound: Mapping[str, Any]) -> list[str]:
     return [*words, "--", *places] if places else words
 
 
-def _raise(code: int, message: str) -> None:
+def _raise(code: int, message: str, outcome: Outcome) -> None:
     text = message.strip()
     text = text.rpartition("error: ")[2] if "error: " in text else text
+    # With progress the program has said it where that is shown.
+    text = text or f"{' '.join(outcome.command)}: ended with {code}, as it says above"
     if code == 1:
-        raise GoalMissed(text)
+        missed = GoalMissed(text)
+        missed.outcome = outcome
+        raise missed
     if code == 2:
         raise ConfigError(text)
     if code == 3:
         raise InputError(text)
     if code == 130:
         raise KeyboardInterrupt
-    raise InternalError(text or f"the program ended with {code}")
+    raise InternalError(text)
 
 
 def run(command: dict[str, Any], progress: bool, bound: dict[str, Any]) -> Outcome:
@@ -226,8 +232,6 @@ def run(command: dict[str, Any], progress: bool, bound: dict[str, Any]) -> Outco
             process.wait()
             raise
     notes = notes or ""
-    if process.returncode != 0:
-        _raise(process.returncode, notes)
     try:
         result = json.loads(printed) if printed.strip() else None
     except ValueError:
@@ -236,4 +240,6 @@ def run(command: dict[str, Any], progress: bool, bound: dict[str, Any]) -> Outco
     folder = Folder(path) if path is not None and path.is_dir() else None
     outcome = Outcome(words, result, notes, folder)
     outcome._kept = kept
+    if process.returncode != 0:
+        _raise(process.returncode, notes, outcome)
     return outcome

@@ -15,7 +15,7 @@ from ._powergs import Machine, Trace, __model_version__, __version__
 from .errors import ConfigError, InputError
 
 _FILE = "designs.jsonl"
-_HEAD = {"kind": "powergs designs", "version": 1}
+_HEAD = {"kind": "powergs designs", "version": 2}
 # A function that encloses itself has no bottom.
 _DEEP = 8
 

@@ -109,6 +109,14 @@ def sweep(
     if isinstance(space, (str, os.PathLike, Mapping)):
         asked = Space(space, base, constraints=constraints, sampling=sampling, keys=keys)
         machines, total = asked._designs(points), asked._count(points)
+        if is_file:
+            tables = asked._space.energy_tables()
+            if len(tables) > 1:
+                raise ConfigError(
+                    f"functions see one energy table, and the sweep file has {', '.join(tables)}: "
+                    "leave one, or sweep without functions"
+                )
+            fps = asked._space.display_fps()
     elif constraints or sampling:
         raise ConfigError("constraints and sampling are for dictionaries of keys")
     else:

@@ -336,8 +336,15 @@ impl Machine {
         let display = display.map(path_text).transpose()?.unwrap_or_else(|| DISPLAY.into());
         let energy = energy.map(path_text).transpose()?;
         let machine = file.origin.clone();
-        let spec = SystemSpec { machine, sets: Vec::new(), energy, display: Some(display) };
-        let system = System::load(&spec, &WithMachine(file)).map_err(Fault::from)?;
+        let spec = SystemSpec {
+            machine: machine.clone(),
+            sets: Vec::new(),
+            energy,
+            display: Some(display),
+        };
+        let part = (machine, None, file.own().to_owned(), String::new(), file.bases.clone());
+        let files = Pickled(BTreeMap::from([(FileKind::Machine.role().to_owned(), part)]));
+        let system = System::load(&spec, &files).map_err(Fault::from)?;
         let name = system.machine().name.clone();
         Ok(Machine::new(&name, system))
     }
@@ -429,26 +436,7 @@ pub fn parts(name: &str, system: &System) -> Parts {
     (name.to_owned(), FileKind::ALL.into_iter().filter_map(file).collect())
 }
 
-/// A machine file in memory; what it names comes from the disk.
-struct WithMachine(ConfigText);
-
-impl Files for WithMachine {
-    fn read(
-        &self,
-        kind: FileKind,
-        name: &str,
-        folder: Option<&Path>,
-    ) -> Result<ConfigText, RunError> {
-        match kind {
-            FileKind::Machine => Ok(self.0.clone()),
-            FileKind::Energy | FileKind::Dram | FileKind::Display => {
-                DiskFiles.read(kind, name, folder)
-            }
-        }
-    }
-}
-
-/// The files of a pickle; what it does not have comes from the disk.
+/// Files in memory, as of a pickle; what is not there comes from the disk.
 struct Pickled(BTreeMap<String, FileParts>);
 
 impl Files for Pickled {

@@ -122,6 +122,11 @@ impl AskedSpace {
 
     /// The points that a sweep takes, in order; those that constraints leave out are among them.
     fn points_of_sweep(&self) -> PyResult<Vec<u64>> {
+        if self.designs.is_adaptive() {
+            let what = "an adaptive search asks for points as results come in: sweep without \
+                        functions, ask with settings, or another method of sampling";
+            return Err(Fault::config(what).raise());
+        }
         let selected = self.designs.space.selected();
         let most = selected.size_hint().1.unwrap_or(usize::MAX) as u64;
         if most > MOST {
@@ -153,6 +158,16 @@ impl AskedSpace {
             }
             Err(why) => Ok((Some(settings), None, why.to_string())),
         }
+    }
+
+    /// Display rate that the sweep file says, frames per second.
+    fn display_fps(&self) -> f64 {
+        self.designs.base.display_fps
+    }
+
+    /// Labels of the energy tables; machines have the first.
+    fn energy_tables(&self) -> Vec<String> {
+        self.designs.tables()
     }
 
     /// The machine that designs differ from.

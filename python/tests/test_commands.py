@@ -104,8 +104,11 @@ def test_mistakes_are_exceptions(demo, tmp_path) -> None:
         commands.replay(__file__)
     with pytest.raises(TypeError, match="one value"):
         commands.replay(demo, arch=["gscore", "gcc"])
-    with pytest.raises(powergs.GoalMissed):
+    with pytest.raises(powergs.GoalMissed) as missed:
         commands.compare(["gscore", "gscore", demo], at_least=1.5)
+    assert missed.value.outcome.folder.tables["compare"]
+    with pytest.raises(powergs.ConfigError, match="ended with 2"):
+        commands.replay(demo, arch="gscorr", progress=True)
     memory = powergs.synth("demo", points=200)
     frames = memory[0].extract(memory[1][:1])
     with pytest.raises(powergs.ConfigError, match="path"):

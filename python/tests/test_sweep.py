@@ -287,6 +287,16 @@ def test_spaces_of_constraints_samples_and_files(trace, demo, tmp_path) -> None:
     ]
     asked = powergs.Space(file)
     assert asked.axes == AXES and asked.ask([1.0, 1.0]).machine["vru.cores"] == 8
+    # The display rate of the file, and no energy table left out without a word.
+    file.write_text(FILE.replace("[[axes]]", "display-fps = 90.0\n\n[[axes]]", 1))
+    faster = powergs.sweep(file, demo, objectives=ms)
+    assert faster.designs["power_w.mean"] == powergs.sweep(file, demo).designs["power_w.mean"]
+    tables = '[[energy]]\nlabel = "own"\n\n[[energy]]\nlabel = "paper"\ntable = "powergs-table2"\n\n'
+    file.write_text(FILE.replace("[[axes]]", tables + "[[axes]]", 1))
+    with pytest.raises(powergs.ConfigError, match="own, paper"):
+        powergs.sweep(file, demo, objectives=ms)
+    with pytest.raises(powergs.ConfigError, match="adaptive"):
+        powergs.sweep(AXES, trace, sampling={"method": "nsga2"}, objectives=ms)
 
 
 def test_a_finished_store_opens(trace, demo, tmp_path, run) -> None:

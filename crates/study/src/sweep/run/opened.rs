@@ -19,7 +19,7 @@ use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::machine::DramModel;
-use powergs_core::run::files::{DiskFiles, Files, raw};
+use powergs_core::run::files::{ConfigText, DiskFiles, Files, raw};
 use powergs_core::run::{Input, RunError};
 use toml::Value;
 
@@ -72,10 +72,7 @@ impl Designs {
     /// # Errors
     /// [`RunError::Config`]: everything that is wrong with the file.
     pub fn of_file(request: &SweepRequest) -> Result<Designs, RunError> {
-        let text = raw("sweep", &request.file, SWEEPS, None)?;
-        let parsed = SweepFile::parse_around(&text.text);
-        let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
-        change(&mut file, request, text.folder.as_deref())?;
+        let (text, file, problems) = asked_file(request)?;
         let files: Arc<dyn Files> = Arc::new(DiskFiles);
         Designs::new(&file, problems, &files, &text.origin)
     }
@@ -154,11 +151,8 @@ impl OpenedSweep<'static> {
     /// that cannot be read; [`RunError::Request`]: frames that they do not have.
     pub fn open(request: &SweepRequest) -> Result<OpenedSweep<'static>, RunError> {
         let name = request.file.as_str();
-        let text = raw("sweep", name, SWEEPS, None)?;
+        let (text, mut file, problems) = asked_file(request)?;
         let folder = text.folder.as_deref();
-        let parsed = SweepFile::parse_around(&text.text);
-        let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
-        change(&mut file, request, folder)?;
         let files = NotedFiles::new(Arc::new(DiskFiles));
         let shared: Arc<dyn Files> = Arc::new(files.clone());
         let mut designs = Designs::new(&file, problems, &shared, &text.origin)?;
@@ -278,6 +272,15 @@ fn set(file: &mut SweepFile, key: &str, value: &str) {
 fn set_value(file: &mut SweepFile, key: &str, value: Value) {
     file.set.0.retain(|(known, _)| known != key);
     file.set.0.push((key.to_owned(), value));
+}
+
+/// The sweep file of a request as it was read, and as the request changes it, with what is wrong.
+fn asked_file(request: &SweepRequest) -> Result<(ConfigText, SweepFile, Vec<Problem>), RunError> {
+    let text = raw("sweep", &request.file, SWEEPS, None)?;
+    let parsed = SweepFile::parse_around(&text.text);
+    let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
+    change(&mut file, request, text.folder.as_deref())?;
+    Ok((text, file, problems))
 }
 
 /// What a request changes in a sweep file.
