@@ -291,7 +291,7 @@ def test_spaces_of_constraints_samples_and_files(trace, demo, tmp_path) -> None:
     file.write_text(FILE.replace("[[axes]]", "display-fps = 90.0\n\n[[axes]]", 1))
     faster = powergs.sweep(file, demo, objectives=ms)
     assert faster.designs["power_w.mean"] == powergs.sweep(file, demo).designs["power_w.mean"]
-    tables = '[[energy]]\nlabel = "own"\n\n[[energy]]\nlabel = "paper"\ntable = "powergs-table2"\n\n'
+    tables = '[[energy]]\nlabel = "own"\ntable = "gscore-28nm"\n\n[[energy]]\nlabel = "paper"\ntable = "paper"\n\n'
     file.write_text(FILE.replace("[[axes]]", tables + "[[axes]]", 1))
     with pytest.raises(powergs.ConfigError, match="own, paper"):
         powergs.sweep(file, demo, objectives=ms)
