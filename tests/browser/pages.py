@@ -54,6 +54,7 @@ def main() -> int:
                         page.screenshot(path=pictures / f"{name}-{width}-{scheme}.png", full_page=True)
                     page.close()
         answers(browser.new_page(viewport={"width": 1280, "height": 900}), pages["sweep"], program, Path(home))
+        speaks(browser.new_page(viewport={"width": 1280, "height": 900}), pages["replay"])
         silent(browser.new_context(java_script_enabled=False).new_page(), pages["sweep"])
         browser.close()
     print(f"browser: {len(pages)} pages at two widths, light and dark")
@@ -118,6 +119,22 @@ def answers(page, path: Path, program: Path, home: Path) -> None:
         before = page.locator("table tbody").first.inner_text()
         heads.nth(1).click()
     assert page.locator("table tbody").first.inner_text() != before, "a second click turns the order"
+
+
+def speaks(page, path: Path) -> None:
+    """Marks of charts say what they are where the pointer is, bars by name, series and value."""
+    page.goto(path.as_uri())
+    marks = page.locator("figure .wide rect:has(title)")
+    assert marks.count() > 50, marks.count()
+    heard = []
+    for mark in marks.all()[::10]:
+        mark.scroll_into_view_if_needed()
+        heard.append(mark.evaluate("""mark => {
+            const box = mark.getBoundingClientRect();
+            const hit = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+            return hit.querySelector("title")?.textContent ?? "";
+        }"""))
+    assert all(heard) and any("dram · " in words for words in heard), heard
 
 
 def silent(page, path: Path) -> None:

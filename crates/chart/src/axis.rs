@@ -78,6 +78,16 @@ impl Axis {
         }
     }
 
+    /// A value of this axis in words: the name at its place, or its title with four digits.
+    pub(crate) fn spoken(&self, value: f64) -> String {
+        if let Scale::Names(names) = &self.scale {
+            let name = names.get(value.floor().max(0.0) as usize);
+            return name.map_or_else(String::new, |name| name.words.text.clone());
+        }
+        let number = four_digits(value);
+        if self.title.is_empty() { number } else { format!("{}: {number}", self.title) }
+    }
+
     /// The values of the ticks with their labels. Names are in the middle of their places.
     pub fn labels(&self) -> Vec<(f64, String)> {
         let numbers = match (&self.ticks, &self.scale) {
@@ -307,5 +317,22 @@ pub fn label(value: f64, ticks: &[f64]) -> String {
         format!("{value:.*}", digits(value))
     } else {
         format!("{value:.*}", digits(low))
+    }
+}
+
+/// A number with four digits, or as many as stand before its point.
+pub(crate) fn four_digits(value: f64) -> String {
+    if !value.is_finite() {
+        return "no number".into();
+    }
+    let before = value.abs().log10().floor();
+    if value == 0.0 {
+        "0".into()
+    } else if !(-6.0..9.0).contains(&before) {
+        format!("{value:.3e}")
+    } else {
+        let text = format!("{value:.*}", (3.0 - before).max(0.0) as usize);
+        let short = text.trim_end_matches('0').trim_end_matches('.');
+        if text.contains('.') { short.into() } else { text }
     }
 }

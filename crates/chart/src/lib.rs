@@ -186,6 +186,22 @@ pub struct Entry {
     pub symbol: Symbol,
 }
 
+impl Symbol {
+    /// The colour of the marks that it stands for.
+    pub(crate) fn colour(self) -> Option<Colour> {
+        match self {
+            Symbol::Fill(colour)
+            | Symbol::Dot(colour)
+            | Symbol::Ring(colour, _)
+            | Symbol::Square(colour)
+            | Symbol::Line(colour)
+            | Symbol::Curve(colour)
+            | Symbol::Dashed(colour) => Some(colour),
+            Symbol::None => None,
+        }
+    }
+}
+
 /// What stands in a legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {

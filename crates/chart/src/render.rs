@@ -25,8 +25,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use self::backend::{FINE, Recorder, fine};
-use self::scene::{Rgb, Scene, ScenePoint, Shape, Text};
-use crate::{Chart, Colour, Sheet, Style, Words};
+use self::scene::{Hint, Rgb, Scene, ScenePoint, Shape, Text};
+use crate::{Beside, Chart, Colour, Sheet, Style, Words};
 
 /// Size of normal text: readable on a slide, and 7 points in print.
 const TEXT: f64 = 18.0;
@@ -78,12 +78,28 @@ impl RenderFrame {
 /// # Errors
 /// Why a chart could not be drawn, in the words of the drawing library: a defect of this crate.
 pub(crate) fn drawn(chart: &Chart, style: Style) -> Result<Scene, String> {
-    let page = Page::new(style);
+    let page = Page::new(style, series(chart));
     let height = page::draw(&page, chart)?;
     let shapes = page.shapes.take();
+    let mut hints = page.hints.take();
+    // The uppermost speak.
+    hints.drain(..hints.len().saturating_sub(scene::HINTS));
     let (title, description) = (chart.title.clone(), chart.subtitle.clone());
     let size = (style.sheet.width(), height.ceil());
-    Ok(Scene { size, sheet: style.sheet, title, description, shapes })
+    Ok(Scene { size, sheet: style.sheet, title, description, shapes, hints })
+}
+
+/// What colours mean, for hints: a colour that means two things says nothing.
+fn series(chart: &Chart) -> Vec<(Colour, String)> {
+    let beside = chart.beside.iter().flat_map(|beside| match beside {
+        Beside::Entries { entries, .. } => entries.as_slice(),
+        Beside::Scale { .. } | Beside::List { .. } => &[],
+    });
+    let entries = chart.legend.iter().flatten().chain(beside);
+    let named: Vec<(Colour, String)> =
+        entries.filter_map(|entry| Some((entry.symbol.colour()?, entry.name.clone()))).collect();
+    let is_one = |colour: Colour| named.iter().filter(|other| other.0 == colour).count() == 1;
+    named.iter().filter(|(colour, _)| is_one(*colour)).cloned().collect()
 }
 
 /// The anchor of a text at its point.
@@ -119,16 +135,37 @@ struct Page {
     root: DrawingArea<Recorder, Shift>,
     frame: RenderFrame,
     shapes: Rc<RefCell<Vec<Shape>>>,
+    hints: RefCell<Vec<Hint>>,
+    /// Names of colours.
+    series: Vec<(Colour, String)>,
 }
 
 impl Page {
-    fn new(style: Style) -> Page {
+    fn new(style: Style, series: Vec<(Colour, String)>) -> Page {
         let shapes: Rc<RefCell<Vec<Shape>>> = Rc::default();
         // What is too high for a page is cut off by whoever looks at it.
         let size = (fine(style.sheet.width()) as u32, fine(HIGHEST) as u32);
         let zoom = style.sheet.zoom();
         let root = Recorder { size, zoom, shapes: Rc::clone(&shapes) }.into_drawing_area();
-        Page { root, frame: RenderFrame::of(style), shapes }
+        let hints = RefCell::default();
+        Page { root, frame: RenderFrame::of(style), shapes, hints, series }
+    }
+
+    /// What a mark of a colour between two corners says to a pointer: what its colour means, and
+    /// `values`.
+    fn hint(&self, a: ScenePoint, b: ScenePoint, colour: Colour, values: [String; 2]) {
+        /// What is thinner is hard to point at, page units.
+        const LEAST: f64 = 6.0;
+        let meaning = self.series.iter().find(|(known, _)| *known == colour);
+        let words: Vec<&str> = meaning.iter().map(|(_, name)| name.as_str()).collect();
+        let words = words.into_iter().chain(values.iter().map(String::as_str));
+        let words = words.filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" · ");
+        let reach = |a: f64, b: f64| {
+            let (middle, half) = ((a + b) / 2.0, ((a - b).abs() / 2.0).max(LEAST / 2.0));
+            (middle - half, middle + half)
+        };
+        let ((l, r), (t, b)) = (reach(a.0, b.0), reach(a.1, b.1));
+        self.hints.borrow_mut().push(Hint { area: [l, t, r, b], words });
     }
 
     fn push(&self, shape: Shape) {

@@ -12,6 +12,7 @@ use super::{
     Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, names::told_apart,
     plain_width, stroke, style, width,
 };
+use crate::axis::four_digits;
 use crate::{
     Bar, Bin, Cell, Colour, Form, Gauge, Label, Line, Mark, Panel, Place, Points, Rule, Scale,
     Side, Size, Span, Weight, Words,
@@ -23,6 +24,8 @@ const THICKEST: f64 = 42.0;
 const THICK_LANE: f64 = 24.0;
 /// More points than this of a line in one column of pixels show their range only.
 const DENSE: usize = 1500;
+/// A line of more points than this is a curve of samples, none of which speaks.
+const SPOKEN: usize = 60;
 /// Height of a line of text.
 const HEIGHT: f64 = 20.0;
 
@@ -144,6 +147,12 @@ impl<'p, 'c> Plot<'p, 'c> {
                 let (a, b) = (place(from, begin), place(from + value, end));
                 self.block(a, b, part.colour)?;
                 self.inside(&part.label, a, b, part.colour);
+                let axes = (&self.panel.x, &self.panel.y);
+                let (names, values) = if level { (axes.1, axes.0) } else { axes };
+                let words = [names.spoken(bar.row as f64), values.spoken(value)];
+                if value != 0.0 {
+                    self.page.hint(self.at(a), self.at(b), part.colour, words);
+                }
                 let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
                 self.obstacles.solid.push([x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)]);
                 from += value;
@@ -199,6 +208,8 @@ impl<'p, 'c> Plot<'p, 'c> {
                     (false, _) => (middle - half, middle + half),
                 };
                 self.block((0.0, top), (value, bottom), colours[k])?;
+                let words = [self.panel.y.spoken(middle), self.panel.x.spoken(value)];
+                self.page.hint(self.at((0.0, top)), self.at((value, bottom)), colours[k], words);
                 // A bar that the scale cuts off says how long it is.
                 if value > high || value < low {
                     let (x, y) = self.at((value, (top + bottom) / 2.0));
@@ -234,6 +245,9 @@ impl<'p, 'c> Plot<'p, 'c> {
             }
             let ((l, t), (r, b)) = (self.at((from, bin.height)), self.at((to, floor)));
             self.obstacles.solid.push([l, t, r, b]);
+            let (x, y) = (&self.panel.x, &self.panel.y);
+            let range = format!("{} to {}", x.spoken(bin.from), four_digits(bin.to));
+            self.page.hint((l, t), (r, b), bin.colour, [range, y.spoken(bin.height)]);
             if !bin.label.is_empty() {
                 let words = Words::note(bin.label.as_str());
                 let size = (width(&words), HEIGHT);
@@ -261,6 +275,15 @@ impl<'p, 'c> Plot<'p, 'c> {
                 Weight::Curve => 3.0,
                 Weight::Bold => 5.0,
             };
+            // Points of a curve speak; those of grids, bands and outlines do not.
+            if matches!(line.weight, Weight::Curve | Weight::Bold)
+                && !is_pale
+                && points.len() <= SPOKEN
+            {
+                for (place, point) in places.iter().zip(points) {
+                    self.spoken(*place, *point, line.colour, 5.0);
+                }
+            }
             let look = stroke(line.colour, width);
             let points = if points.len() > DENSE { ranges(points, &places) } else { points.into() };
             if line.dashed {
@@ -291,6 +314,7 @@ impl<'p, 'c> Plot<'p, 'c> {
             // One dot per place and colour, however many points lie there.
             if seen.insert(((x / 1.5) as i32, (y / 1.5) as i32, colour)) {
                 shown.push((place, colour));
+                self.spoken((x, y), place, colour, radius + 1.0);
                 let reach = radius + if points.ring.is_some() { 4.0 } else { 2.0 };
                 let place = [x - reach, y - reach, x + reach, y + reach];
                 if points.crowd {
@@ -306,6 +330,12 @@ impl<'p, 'c> Plot<'p, 'c> {
             self.look(&rings, points.form, radius + wide)?;
         }
         self.look(&shown, points.form, radius)
+    }
+
+    /// The values of a place to a pointer near it.
+    fn spoken(&self, (x, y): ScenePoint, place: Place, colour: Colour, reach: f64) {
+        let words = [self.panel.x.spoken(place.0), self.panel.y.spoken(place.1)];
+        self.page.hint((x - reach, y - reach), (x + reach, y + reach), colour, words);
     }
 
     fn look(&mut self, points: &[(Place, Colour)], form: Form, radius: f64) -> Drawn {
@@ -355,6 +385,10 @@ impl<'p, 'c> Plot<'p, 'c> {
             let (corner, end) = ((x, y), (x + 1.0, y + 1.0));
             self.rectangle(corner, end, cell.colour)?;
             let middle = self.at((x + 0.5, y + 0.5));
+            let words = [self.panel.y.spoken(y), self.panel.x.spoken(x)];
+            let words = words.map(|name| name.trim().to_owned());
+            let says = [format!("{}, {}", words[0], words[1]), cell.label.clone()];
+            self.page.hint(self.at(corner), self.at(end), cell.colour, says);
             if plain_width(&cell.label) + 8.0 < self.slot(false) && high {
                 let words = Words::new(cell.label.as_str(), cell.colour.text());
                 self.page.text(&words, (middle.0, middle.1 + shift), Align::Centre);
@@ -378,6 +412,9 @@ impl<'p, 'c> Plot<'p, 'c> {
         for span in spans {
             let (a, b) = corners(span);
             self.rectangle(a, b, span.colour)?;
+            let range = format!("{} to {}", self.panel.x.spoken(span.from), four_digits(span.to));
+            let words = [self.panel.y.spoken(span.track as f64), range];
+            self.page.hint(self.at(a), self.at(b), span.colour, words);
         }
         for (span, text) in labels {
             let (a, b) = corners(span);

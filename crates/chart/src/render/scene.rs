@@ -112,4 +112,18 @@ pub struct Scene {
     pub description: String,
     /// From the lowest to the uppermost.
     pub shapes: Vec<Shape>,
+    /// What marks say to a pointer, where a format can: the uppermost, at most [`HINTS`].
+    pub hints: Vec<Hint>,
+}
+
+/// More marks than this are a crowd: nobody points at one of them, and a page stays small.
+pub const HINTS: usize = 1000;
+
+/// What a mark says to a pointer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hint {
+    /// Where.
+    pub area: Area,
+    /// Its name and its values.
+    pub words: String,
 }

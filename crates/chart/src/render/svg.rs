@@ -36,6 +36,15 @@ pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
     for shape in &scene.shapes {
         draw(&mut out, shape)?;
     }
+    for hint in &scene.hints {
+        let [l, t, r, b] = hint.area;
+        let [x, y, w, h] = [l, t, r - l, b - t].map(number);
+        let words = escaped(&hint.words);
+        out.push_str(&format!(
+            "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"#fff\" \
+             fill-opacity=\"0\"><title>{words}</title></rect>\n"
+        ));
+    }
     out.push_str("</g>\n</svg>\n");
     Ok(out)
 }

@@ -1,7 +1,7 @@
 //! Charts as values: whatever they hold, they are drawn, and all files of one chart say the same.
 
 use powergs_chart::render::labels::{Obstacles, Wish, crosses, leader, meet, overlap, place};
-use powergs_chart::render::scene::Shape;
+use powergs_chart::render::scene::{HINTS, Shape};
 use powergs_chart::{
     Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Gauge, Label, Line, Mark,
     Name, Panel, Part, Place, Points, Rule, Scale, Sheet, Side, Size, Span, Style, Symbol, Weight,
@@ -480,4 +480,33 @@ fn amounts_that_do_not_begin_at_zero_have_a_mark() {
     assert_eq!(strokes(Axis::new("y", Scale::linear(5.0, 9.0)).positions()), 0);
     assert_eq!(strokes(Axis::new("y", Scale::logarithmic(5.0, 9.0))), 0);
     assert_eq!(Axis::new("power, W", Scale::logarithmic(5.0, 9.0)).words(), "power, W (log)");
+}
+
+#[test]
+fn marks_say_their_series_name_and_values_to_a_pointer() {
+    let scene = chart().scene(Style::default()).expect("a page");
+    let said = |words: &str| scene.hints.iter().filter(|hint| hint.words == words).count();
+    assert_eq!(said("sky · b · energy, mJ: 2"), 1, "{:?}", scene.hints);
+    // No entry of the legend says what green is.
+    assert_eq!(said("c · energy, mJ: 1"), 1, "{:?}", scene.hints);
+    let (x, y) = (0.1 * 1.6f64.powi(6), 36.0 / 4.0);
+    let point = format!("length, µm (logarithmic): {x:.3} · power, mW: {y}");
+    assert_eq!(said(&point), 1, "{:?}", scene.hints);
+    assert_eq!(said(&format!("line · {point}")), 1, "{:?}", scene.hints);
+    let svg = chart().svg(Style::default()).expect("SVG");
+    assert!(svg.contains("<title>sky · b · energy, mJ: 2</title></rect>"), "{svg}");
+}
+
+#[test]
+fn of_a_crowd_the_uppermost_marks_speak() {
+    let axis = || Axis::new("", Scale::linear(0.0, 100.0));
+    let crowd = (0..90).flat_map(|x| (0..90).map(move |y| (f64::from(x), f64::from(y))));
+    let last = (99.5, 99.5);
+    let panel = Panel::new(axis(), axis())
+        .points(Points::dots(crowd, Colour::BLUE, Size::Small))
+        .points(Points::dots([last], Colour::GREEN, Size::Large));
+    let chart = Chart::new("crowd", "", "").panel(panel);
+    let hints = chart.scene(Style::default()).expect("a page").hints;
+    assert_eq!(hints.len(), HINTS);
+    assert_eq!(hints.last().map(|hint| hint.words.as_str()), Some("99.5 · 99.5"));
 }

@@ -164,7 +164,8 @@ const scale = i => scales[i] ??= (() => {
   const lo = Math.min(...all), hi = Math.max(...all);
   return Object.assign(v => hi > lo ? (v - lo) / (hi - lo) : .5, {ends: [lo, hi]});
 })();
-const colour = t => `hsl(${250 - 200 * t} 75% ${38 + 12 * t}%)`;
+const night = matchMedia("(prefers-color-scheme: dark)");
+const colour = t => `hsl(${250 - 200 * t} 75% ${night.matches ? 65 : 35}%)`;
 const mark = id => {
   home.querySelectorAll(".on").forEach(e => e.classList.remove("on"));
   if (id != null) home.querySelectorAll(`[data-design="${id}"]`).forEach(e => e.classList.add("on"));
