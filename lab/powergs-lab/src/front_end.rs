@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::picture::{TileEntry, draw_tile};
 use powergs_base::picture::Picture;
-use powergs_datapath::ccu::tiles::Pair;
-use powergs_datapath::ccu::{Ccu, Gaussian, Settings, camera as settings};
+use powergs_datapath::ccu::tiles::{Pair, Walk};
+use powergs_datapath::ccu::{Ccu, Converted, Gaussian, Settings, camera as settings};
 use powergs_datapath::vectors::CcuWork;
 use powergs_datapath::{NumberFormat, Record, TILE, Vrc, WideFormat};
 use powergs_frame::scene::ShDegree;
@@ -94,12 +94,17 @@ impl<'a> FrontEnd<'a> {
         CcuWork { gaussian: self.gaussian(i), coefficients: self.coefficients(i) }
     }
 
+    /// What becomes of Gaussian `i`: what leaves for it, its tiles, its colour; `None` where nothing
+    /// of it is seen.
+    pub(crate) fn converted(&self, i: usize) -> Option<(Converted, Walk, [u16; 3])> {
+        let (splat, walk) = self.unit.splat(&self.settings, &self.gaussian(i))?;
+        let colour = self.unit.colour(self.degree, &splat.direction, &self.coefficients(i));
+        Some((splat, walk, colour))
+    }
+
     /// The pairs of Gaussian `i`: tile and what its list gets.
     fn pairs(&self, i: usize) -> Vec<(u32, Placed)> {
-        let Some((splat, walk)) = self.unit.splat(&self.settings, &self.gaussian(i)) else {
-            return Vec::new();
-        };
-        let colour = self.unit.colour(self.degree, &splat.direction, &self.coefficients(i));
+        let Some((splat, walk, colour)) = self.converted(i) else { return Vec::new() };
         let pair = |pair: Pair| {
             let record =
                 Record { mean: pair.local, root: splat.root, opacity: splat.opacity, colour };

@@ -5,6 +5,7 @@
 #![allow(clippy::missing_errors_doc)] // commands fail with `Failure`, which has the exit code
 
 pub mod characterise;
+pub mod chip;
 pub mod claims;
 mod core_work;
 mod front_end;
@@ -45,6 +46,9 @@ pub enum Command {
     /// Render views of a scene as the hardware draws them, beside f32
     #[command(after_help = render::EXAMPLES)]
     Render(render::Args),
+    /// Run the cores of rtl/ beside the cycle model, on the same lists
+    #[command(after_help = chip::EXAMPLES)]
+    Chip(chip::Args),
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::command::EXAMPLES)]
     Claims(claims::command::Args),
@@ -56,6 +60,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Characterise(args) => characterise::run(args, context),
         Command::Vectors(args) => vectors::run(args, context),
         Command::Render(args) => render::run(args, context),
+        Command::Chip(args) => chip::run(args, context),
         Command::Claims(args) => claims::command::run(args, context),
     }
 }

@@ -1,0 +1,295 @@
+//! A view as the core of `rtl/` gets it, and the same for the cycle model: lists of the culling and
+//! conversion unit, records, pivots, and what the datapath makes of every tile.
+
+use rayon::prelude::*;
+
+use crate::FrontEnd;
+use powergs_core::workload::{FrameDetail, FrameWorkload, Geometry, Pixels, TileList, TileWork};
+use powergs_datapath::ccu::Converted;
+use powergs_datapath::ccu::tiles::{Pair, Walk};
+use powergs_datapath::{Entry, NumberFormat, Pixel, Record, TILE, TileRun, Vrc, Vru};
+use powergs_scene::{Camera, Gaussians};
+
+/// Bytes of a record in memory.
+pub const RECORD: usize = 32;
+
+/// Pixels of a tile.
+const PIXELS: usize = (TILE * TILE) as usize;
+
+/// A splat that is seen.
+#[derive(Debug, Clone)]
+struct Seen {
+    converted: Converted,
+    walk: Walk,
+    colour: [u16; 3],
+    pairs: Vec<Pair>,
+}
+
+/// An entry of a list: depth, number of the splat, its pair.
+#[derive(Debug, Clone, Copy)]
+struct Listed {
+    depth: u16,
+    slot: u32,
+    pair: Pair,
+}
+
+/// A tile and what becomes of it.
+#[derive(Debug, Clone)]
+pub struct ChipTile {
+    /// Column and row.
+    pub place: [u32; 2],
+    /// Columns and rows of its pixels that are in the image.
+    pub size: [u32; 2],
+    /// Its list, front to back.
+    entries: Vec<Listed>,
+    /// What the rendering unit makes of it.
+    run: TileRun,
+}
+
+/// A view.
+#[derive(Debug, Clone)]
+pub struct ChipFrame {
+    /// Columns and rows of tiles of the image.
+    pub grid: [u32; 2],
+    /// Its tiles, row by row, or some of them.
+    pub tiles: Vec<ChipTile>,
+    /// Whether these are all.
+    pub is_whole: bool,
+    size: [u32; 2],
+    seen: Vec<Seen>,
+    /// Indices in the scene of `seen`.
+    indices: Vec<u32>,
+}
+
+impl ChipFrame {
+    /// The view of `camera`, of which only about `most` tiles are taken where it has more: whole
+    /// ones, spread over those that have a list.
+    pub fn new(scene: &Gaussians, camera: &Camera, queue: usize, most: Option<usize>) -> ChipFrame {
+        let format = NumberFormat::FP16;
+        let front = FrontEnd::new(scene, camera, format).expect("FP16 has enough exponent");
+        let unit = Vru { vrc: Vrc::new(format).expect("so have pixels"), split: true, queue };
+        let found: Vec<(u32, Seen)> = (0..scene.len())
+            .into_par_iter()
+            .filter_map(|i| {
+                let (converted, walk, colour) = front.converted(i)?;
+                let pairs = walk.pairs(format);
+                let seen = Seen { converted, walk, colour, pairs };
+                (!seen.pairs.is_empty()).then_some((i as u32, seen))
+            })
+            .collect();
+        let (indices, seen): (Vec<u32>, Vec<Seen>) = found.into_iter().unzip();
+        let size = [camera.width, camera.height];
+        let grid = size.map(|length| length.div_ceil(TILE));
+        let mut lists: Vec<Vec<Listed>> = Vec::new();
+        lists.resize_with((grid[0] * grid[1]) as usize, Vec::new);
+        for (slot, splat) in (0..).zip(&seen) {
+            for &pair in &splat.pairs {
+                let tile = (pair.tile[1] * grid[0] + pair.tile[0]) as usize;
+                lists[tile].push(Listed { depth: splat.converted.depth, slot, pair });
+            }
+        }
+        let places = lists.into_iter().zip(0u32..);
+        let places = places.map(|(list, i)| (list, [i % grid[0], i / grid[0]]));
+        let inside = |place: [u32; 2]| [0, 1].map(|i| (size[i] - place[i] * TILE).min(TILE));
+        let mut taken: Vec<(Vec<Listed>, [u32; 2])> = places.collect();
+        let all = taken.len();
+        if let Some(most) = most.filter(|&most| most < all) {
+            taken.retain(|(list, place)| !list.is_empty() && inside(*place) == [TILE; 2]);
+            let step = taken.len().div_ceil(most.max(1)).max(1);
+            taken = taken.into_iter().step_by(step).collect();
+        }
+        let tiles: Vec<ChipTile> = taken
+            .into_par_iter()
+            .map(|(mut entries, place)| {
+                // Depths are not negative, so their bits have their order.
+                entries.sort_unstable_by_key(|listed| (listed.depth, listed.slot));
+                let given: Vec<Entry> = entries.iter().map(|listed| entry(&seen, listed)).collect();
+                let size = inside(place);
+                ChipTile { place, size, run: unit.tile(&given, size), entries }
+            })
+            .collect();
+        ChipFrame { grid, is_whole: tiles.len() == all, tiles, size, seen, indices }
+    }
+
+    /// Entries of the longest list.
+    pub fn longest(&self) -> usize {
+        self.tiles.iter().map(|tile| tile.entries.len()).max().unwrap_or(0)
+    }
+
+    /// Entries of all lists.
+    pub fn entries(&self) -> usize {
+        self.tiles.iter().map(|tile| tile.entries.len()).sum()
+    }
+
+    /// Entries that are needed of all lists.
+    pub fn needed(&self) -> usize {
+        self.tiles.iter().map(ChipTile::needed).sum()
+    }
+
+    /// The same for the cycle model. Tiles that are some of a view lie side by side.
+    pub fn workload(&self, geometry: Geometry) -> FrameWorkload {
+        let mut order: Vec<u32> = (0..self.seen.len() as u32).collect();
+        let depth = |slot: u32| self.seen[slot as usize].converted.depth;
+        order.sort_unstable_by_key(|&slot| (depth(slot), slot));
+        let mut rank = vec![0u32; order.len()];
+        (0..).zip(&order).for_each(|(at, &slot)| rank[slot as usize] = at);
+        let (size, tiles) = match self.is_whole {
+            true => (self.size, self.grid),
+            false => ([self.tiles.len() as u32 * TILE, TILE], [self.tiles.len() as u32, 1]),
+        };
+        let lists: Vec<TileList> = self.tiles.iter().map(|tile| tile.list(&rank)).collect();
+        let pixels = size[0] as usize * size[1] as usize;
+        let own = |tile: &ChipTile| TileWork {
+            pixels: tile.size[0] * tile.size[1],
+            ..TileWork::default()
+        };
+        let made = FrameWorkload {
+            width: size[0],
+            height: size[1],
+            tiles_x: tiles[0],
+            tiles_y: tiles[1],
+            tiles: self.tiles.iter().map(own).collect(),
+            index: order.iter().map(|&slot| self.indices[slot as usize]).collect(),
+            depth: order.iter().map(|&slot| NumberFormat::FP16.to_f32(depth(slot))).collect(),
+            slot: order,
+            detail: FrameDetail { pixels: true, whole: false },
+            pixels: Some(Pixels { splats: Vec::new(), iterated: vec![0; pixels] }),
+            ..FrameWorkload::empty(geometry)
+        };
+        let made = made.with_lists(lists);
+        FrameWorkload { detail: FrameDetail::default(), pixels: None, ..made }
+    }
+
+    /// Lists in storage order, one behind the other: addresses and bytes.
+    pub fn lists(&self) -> (Vec<u32>, Vec<u8>) {
+        let (mut addresses, mut bytes) = (Vec::new(), Vec::new());
+        for tile in &self.tiles {
+            addresses.push(bytes.len() as u32);
+            let mut stored = tile.entries.clone();
+            stored.sort_unstable_by_key(|listed| listed.slot);
+            for listed in stored {
+                bytes.extend(&key(&listed).to_le_bytes()[..5]);
+                bytes.push(listed.pair.subtiles as u8);
+            }
+        }
+        (addresses, bytes)
+    }
+
+    /// Records of all splats that are seen.
+    pub fn records(&self) -> Vec<u8> {
+        self.seen.iter().flat_map(Seen::record).collect()
+    }
+
+    /// The pivots of each list, in the order of its splits: the first key of every part.
+    pub fn pivots(&self, chunk: usize) -> Vec<Vec<u64>> {
+        self.tiles.iter().map(|tile| pivots(&tile.entries, chunk)).collect()
+    }
+
+    /// Which tiles differ in any pixel from what the core wrote: their positions.
+    pub fn wrong(&self, written: &[u8]) -> Vec<usize> {
+        let is_wrong = |tile: &ChipTile| {
+            let at = (tile.place[1] * self.grid[0] + tile.place[0]) as usize * PIXELS * 8;
+            tile.pixels().zip(written[at..].chunks_exact(8)).any(|(pixel, found)| {
+                let Some(pixel) = pixel else { return false };
+                let [r, g, b] = pixel.colour;
+                let own = [r, g, b, pixel.transmittance].map(u16::to_le_bytes);
+                own.as_flattened() != found
+            })
+        };
+        (0..self.tiles.len()).filter(|&tile| is_wrong(&self.tiles[tile])).collect()
+    }
+}
+
+impl ChipTile {
+    /// Entries of its list.
+    pub fn listed(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Entries up to the one behind which nothing is needed.
+    fn needed(&self) -> usize {
+        self.ends().into_iter().max().unwrap_or(0) as usize
+    }
+
+    /// List positions from which on nothing of a sub-tile is needed.
+    fn ends(&self) -> [u32; 4] {
+        self.run.ends.map(|end| end.unwrap_or(self.entries.len()) as u32)
+    }
+
+    fn list(&self, rank: &[u32]) -> TileList {
+        let ends = self.ends();
+        let [columns, rows] = self.size;
+        let pixels =
+            (0..rows).flat_map(|y| (0..columns).map(move |x| (2 * (y / 8) + x / 8) as usize));
+        TileList {
+            ranks: self.entries.iter().map(|listed| rank[listed.slot as usize]).collect(),
+            bitmaps: self.entries.iter().map(|listed| listed.pair.subtiles as u8).collect(),
+            iterated: pixels.map(|subtile| ends[subtile]).collect(),
+            blends: 0,
+            finished: None,
+        }
+    }
+
+    /// Its pixels in the order in which a core writes them, 16 units in turn; `None` outside of the
+    /// image.
+    fn pixels(&self) -> impl Iterator<Item = Option<&Pixel>> {
+        (0..16).flat_map(move |i| {
+            (0..16).map(move |unit| {
+                let (subtile, own) = (unit / 4, unit % 4);
+                let x = 8 * (subtile % 2) + 4 * (own % 2) + i % 4;
+                let y = 8 * (subtile / 2) + 4 * (own / 2) + i / 4;
+                let is_inside = x < self.size[0] && y < self.size[1];
+                is_inside.then(|| &self.run.pixels[(16 * unit + i) as usize])
+            })
+        })
+    }
+}
+
+impl Seen {
+    /// Mean (two of 24 bits), a, b, c as whole numbers (three of 19), a, b, c, opacity, red, green,
+    /// blue.
+    fn record(&self) -> [u8; RECORD] {
+        let (mean, root) = self.walk.form();
+        let part = |value: i64, bits: u32| u128::from(value as u64 & ((1 << bits) - 1));
+        let mut low = part(mean[0], 24) | part(mean[1], 24) << 24;
+        for (i, root) in (0..).zip(root) {
+            low |= part(root, 19) << (48 + 19 * i);
+        }
+        let mut record = [0; RECORD];
+        record[..14].copy_from_slice(&low.to_le_bytes()[..14]);
+        let Converted { root, opacity, .. } = self.converted;
+        let narrow = root.into_iter().chain([opacity]).chain(self.colour);
+        for (at, number) in record[14..].chunks_exact_mut(2).zip(narrow) {
+            at.copy_from_slice(&number.to_le_bytes());
+        }
+        record
+    }
+}
+
+fn entry(seen: &[Seen], listed: &Listed) -> Entry {
+    let splat = &seen[listed.slot as usize];
+    let Converted { root, opacity, .. } = splat.converted;
+    let splat = Record { mean: listed.pair.local, root, opacity, colour: splat.colour };
+    Entry { splat, bitmap: listed.pair.subtiles as u8 }
+}
+
+/// What a list is sorted by: the number below the depth.
+fn key(listed: &Listed) -> u64 {
+    u64::from(listed.depth) << 24 | u64::from(listed.slot)
+}
+
+/// Pivots of a list front to back: of parts of eight chunks where it has more than eight, then of
+/// those that are longer than one.
+fn pivots(list: &[Listed], chunk: usize) -> Vec<u64> {
+    const PARTS: usize = 8;
+    if list.len() <= chunk {
+        return Vec::new();
+    }
+    let part = if list.len() <= PARTS * chunk { chunk } else { PARTS * chunk };
+    let first = |k: usize| list.get(k * part).map_or(u64::MAX >> 24, key);
+    let mut all: Vec<u64> = (1..PARTS).map(first).collect();
+    if part > chunk {
+        all.extend(list.chunks(part).flat_map(|part| pivots(part, chunk)));
+    }
+    all
+}
