@@ -50,8 +50,7 @@ module core #(
     input  logic [511:0] come_data,
     // Nothing is left to do.
     output logic         idle,
-    // From the lowest: QSUs at work, of these held up by banks, waiting for a list, for room or for
-    // those behind; BSU at work; rendering unit at work, waiting for features, for the sorter, for
+    // From the lowest: QSUs at work, held up by banks, waiting for a list, for room or for those behind; BSU at work; rendering unit at work, waiting for features, for the sorter, for
     // room of pixels; a list has chunks to be asked for; a tile is open.
     output logic [10:0]  counts
 );
@@ -78,6 +77,7 @@ module core #(
     logic [C-1:0] chunk_index;
     logic [R-1:0] chunk_head;
     logic [8:0] chunk_entries;
+    logic chunk_drop, chunk_dropped;
     logic [1:0] read_valid, read_ready;
     logic unused;
     assign unused = &{1'b0, read_ready[0], come_tag[15]};
@@ -97,6 +97,7 @@ module core #(
         .pivot_valid(pivot_valid), .pivot_ready(pivot_ready), .pivot_key(pivot_key),
         .list_valid(list_valid), .list_ready(list_ready), .list_chunks(list_chunks),
         .chunk_index(chunk_index), .chunk_head(chunk_head), .chunk_entries(chunk_entries),
+        .chunk_drop(chunk_drop), .chunk_dropped(chunk_dropped),
         .read_valid(read_valid), .read_ready(read_ready), .read_row(read_row),
         .read_next(read_next), .read_data(read_data),
         .working(qsu_working), .in_conflict(qsu_conflict), .reading(qsu_reading),
@@ -138,6 +139,7 @@ module core #(
         .clk(clk), .rst_n(rst_n), .features(features),
         .list_valid(list_valid), .list_ready(list_ready), .list_chunks(list_chunks),
         .chunk_index(chunk_index), .chunk_head(chunk_head), .chunk_entries(chunk_entries),
+        .chunk_drop(chunk_drop), .chunk_dropped(chunk_dropped),
         .read_valid(read_valid[1]), .read_ready(read_ready[1]), .read_row(read_row[1]),
         .read_next(read_next[1]), .read_data(read_data),
         .sort_valid(sort_valid), .sort_ready(sort_ready), .sort_head(sort_head),

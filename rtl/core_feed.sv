@@ -52,10 +52,11 @@ module core_feed #(
     localparam logic [1:0] CLOSING = 2'd3;
     // Beats on the way and in front of the unit.
     localparam int DEPTH = 8;
-    localparam int B = 2 + 1 + 4 + 9 * N + 10;
+    localparam int B = 2 + 3 + 4 + 9 * N + 10;
 
     logic [1:0] state;
-    logic parity;
+    // Which tile, counted in three bits: no more than seven are between here and the unit.
+    logic [2:0] turn;
     logic [8:0] place;
     logic begun;
     logic [3:0] credit;
@@ -108,7 +109,7 @@ module core_feed #(
         if (!rst_n) begin
             state <= CLOSED;
             begun <= 1'b0;
-            parity <= 1'b0;
+            turn <= '0;
             credit <= 4'(DEPTH);
         end else begin
             case (state)
@@ -123,10 +124,10 @@ module core_feed #(
                 end
                 default: if (issues) state <= CLOSED;
             endcase
-            if (next_take) parity <= !parity;
+            if (next_take) turn <= turn + 3'd1;
             // The first splat that the unit takes says that the tile is open.
             if (next_take) begun <= 1'b0;
-            else if (unit_valid && unit_ready && unit_op == SPLAT && unit_parity == parity) begun <= 1'b1;
+            else if (unit_valid && unit_ready && unit_op == SPLAT && unit_turn == turn) begun <= 1'b1;
             credit <= credit - 4'(issues) + 4'(unit_valid && unit_ready);
         end
     end
@@ -140,7 +141,7 @@ module core_feed #(
 
     logic [3:0] valid;
     logic [3:0][1:0] ops;
-    logic [3:0] parities;
+    logic [3:0][2:0] turns;
     logic [3:0][27:0] of_tile;
     logic [2:0][3:0] subtiles;
     logic [27:0] tile_now;
@@ -149,7 +150,7 @@ module core_feed #(
         if (!rst_n) valid <= '0;
         else valid <= {valid[2:0], issues};
         ops <= {ops[2:0], op};
-        parities <= {parities[2:0], state == CLOSED ? !parity : parity};
+        turns <= {turns[2:0], state == CLOSED ? turn + 3'd1 : turn};
         of_tile <= {of_tile[2:0], tile_now};
         subtiles <= {subtiles[1:0], feed_subtiles};
         record_base <= ready_row;
@@ -189,15 +190,15 @@ module core_feed #(
         if (valid[2] && ops[2] == SPLAT) made <= {rest_now, v, u};
     end
 
-    logic unit_parity;
+    logic [2:0] unit_turn;
     logic room;
     fifo #(
         .WIDTH(B), .DEPTH(DEPTH)
     ) beats (
         .clk(clk), .rst_n(rst_n), .in_valid(valid[3]), .in_ready(room),
-        .in_data({of_tile[3][27:18], made, subtiles[2], parities[3], ops[3]}),
+        .in_data({of_tile[3][27:18], made, subtiles[2], turns[3], ops[3]}),
         .out_valid(unit_valid), .out_ready(unit_ready),
-        .out_data({unit_height, unit_width, unit_record, unit_subtiles, unit_parity, unit_op}));
+        .out_data({unit_height, unit_width, unit_record, unit_subtiles, unit_turn, unit_op}));
 
     logic unused;
     assign unused = &{1'b0, room, record[255:224], record[111:105]};

@@ -7,7 +7,7 @@
 // order and complete. Chunks of a list that are not the first one are asked for only if at most
 // AHEAD chunks of the list are in front of them: nobody knows before how much of a list is needed.
 // The next list begins when all chunks of this one have been asked for, or when its tile is `over`;
-// what was asked for in vain leaves when it has come.
+// what was asked for in vain leaves when it has come, and what was not is dropped.
 // Reset: no list, buffer empty.
 module core_fetch #(
     parameter int ROWS = 128,
@@ -31,6 +31,8 @@ module core_fetch #(
     output logic [C-1:0]     chunk_index,
     input  logic [R-1:0]     chunk_head,
     input  logic [8:0]       chunk_entries,
+    output logic             chunk_drop,
+    input  logic             chunk_dropped,
     output logic             read_valid,
     input  logic             read_ready,
     output logic [R-1:0]     read_row,
@@ -115,6 +117,7 @@ module core_fetch #(
     logic [15:0][E-1:0] row_entries;
 
     assign chunk_index = C'(next_chunk);
+    assign chunk_drop = has_list && list_is_over && next_chunk != chunks;
     assign in_front = 32'(held) < 32'(next_chunk) ? (C + 1)'(held) : next_chunk;
     assign begins = has_list && !list_is_over && !over && next_chunk != chunks && !asking
         && 32'(in_front) <= AHEAD && held != (S + 1)'(SLOTS) && queue_ready
@@ -205,8 +208,8 @@ module core_fetch #(
             row_comes <= 1'b0;
         end else begin
             if (list_valid && list_ready) has_list <= 1'b1;
-            else if (passes || (has_list && chunks != '0 && !asking
-                                && (next_chunk == chunks || list_is_over))) has_list <= 1'b0;
+            else if (passes || (has_list && chunks != '0 && !asking && next_chunk == chunks))
+                has_list <= 1'b0;
             held <= held + (S + 1)'(begins || passes) - (S + 1)'(leaves);
             ring_used <= ring_used + (begins ? chunk_rows : '0) - (leaves ? oldest_rows : '0);
             if (begins) ring_head <= ring_head + F'(chunk_rows);
@@ -228,7 +231,7 @@ module core_fetch #(
             next_chunk <= '0;
             list_is_over <= 1'b0;
         end else begin
-            if (begins) next_chunk <= next_chunk + 1'b1;
+            if (begins || chunk_dropped) next_chunk <= next_chunk + 1'b1;
             if (over && is_of_list) list_is_over <= 1'b1;
         end
         if (begins || passes) begin

@@ -11,7 +11,8 @@
 // and two. Pivots come from outside, seven for each split in the order of the splits; they are
 // whole keys (depth, then number), so that parts have the lengths that their pivots stand for.
 //
-// A row is read twice by those behind: by the sorter and by the fetch. The second one frees it.
+// A row is read twice by those behind: by the sorter and by the fetch. The second one frees it. The
+// rows of a chunk that nobody wants are freed all at once.
 // Reset: no job, all rows free. No `ready` depends on a `valid` of the same cycle.
 module core_lists #(
     // Rows of the sorting buffer.
@@ -50,13 +51,16 @@ module core_lists #(
     input  logic [C-1:0]    chunk_index,
     output logic [R-1:0]    chunk_head,
     output logic [8:0]      chunk_entries,
+    // The chunk is not wanted.
+    input  logic            chunk_drop,
+    output logic            chunk_dropped,
     // Rows for the sorter (0, first served) and for the fetch (1); data come a cycle behind `ready`.
     input  logic [1:0]      read_valid,
     output logic [1:0]      read_ready,
     input  logic [R-1:0]    read_row[2],
     output logic [R-1:0]    read_next[2],
     output logic [16*E-1:0] read_data,
-    // For counters: at work; held up by banks; waiting for entries; for room.
+    // For counters: at work; held up by banks; waiting for entries; for room or for those behind.
     output logic            working,
     output logic            in_conflict,
     output logic            reading,
@@ -74,37 +78,46 @@ module core_lists #(
 
     logic [2:0] state;
 
+    // Chunks of two lists: of the one that is split, and of the one whose chunks are taken.
+    logic bank_now;
+    logic [R-1:0] table_head[2][CHUNKS];
+    logic [R-1:0] table_tail[2][CHUNKS];
+    logic [8:0] table_count[2][CHUNKS];
+
     // --- rows ------------------------------------------------------------------------------------
 
     logic [E-1:0] bank[16][ROWS];
     logic [R-1:0] next[ROWS];
     logic [ROWS-1:0] seen;
-    logic [R-1:0] free_rows[ROWS];
+    // Free rows are chained, too; those that were never used are numbered on.
     logic [R-1:0] free_head, free_tail;
     logic [R:0] free_count;
-    // Rows that were never used are free, too.
     logic [R:0] fresh;
+    logic is_fresh;
     logic takes;
     logic [R-1:0] taken;
     logic gives;
-    logic [R-1:0] given;
+    logic [R-1:0] given, given_end;
+    logic [4:0] given_rows;
     logic has_free;
+    logic [R:0] chained;
     assign has_free = free_count != '0;
-    assign taken = fresh != (R + 1)'(ROWS) ? fresh[R-1:0] : free_rows[free_head];
+    assign is_fresh = fresh != (R + 1)'(ROWS);
+    assign chained = free_count - ((R + 1)'(ROWS) - fresh);
+    assign taken = is_fresh ? fresh[R-1:0] : free_head;
 
     always_ff @(posedge clk) begin
         if (!rst_n) begin
-            free_head <= '0;
-            free_tail <= '0;
             free_count <= (R + 1)'(ROWS);
             fresh <= '0;
         end else begin
-            free_count <= free_count + (R + 1)'(gives) - (R + 1)'(takes);
-            if (gives) free_tail <= free_tail == R'(ROWS - 1) ? '0 : free_tail + 1'b1;
-            if (takes && fresh != (R + 1)'(ROWS)) fresh <= fresh + 1'b1;
-            else if (takes) free_head <= free_head == R'(ROWS - 1) ? '0 : free_head + 1'b1;
+            free_count <= free_count + (gives ? (R + 1)'(given_rows) : '0) - (R + 1)'(takes);
+            if (takes && is_fresh) fresh <= fresh + 1'b1;
         end
-        if (gives) free_rows[free_tail] <= given;
+        // Without any, or with the last one taken, what is given is the first.
+        if (gives && (chained == '0 || (takes && !is_fresh && chained == (R + 1)'(1)))) free_head <= given;
+        else if (takes && !is_fresh) free_head <= next[free_head];
+        if (gives) free_tail <= given_end;
     end
 
     // --- reading rows ----------------------------------------------------------------------------
@@ -122,8 +135,13 @@ module core_lists #(
         assign read_next[i] = next[read_row[i]];
     end
     // A row of a list that is split is used up at once.
-    assign gives = source_gets || (read_valid != '0 && seen[row]);
-    assign given = row;
+    logic gives_row;
+    assign gives_row = source_gets || (read_valid != '0 && seen[row]);
+    assign chunk_dropped = chunk_drop && !gives_row;
+    assign gives = gives_row || chunk_dropped;
+    assign given = gives_row ? row : chunk_head;
+    assign given_end = gives_row ? row : table_tail[!bank_now][chunk_index];
+    assign given_rows = gives_row ? 5'd1 : 5'((32'(chunk_entries) + 32'd15) >> 4);
     always_ff @(posedge clk) begin
         if (!rst_n) seen <= '0;
         else if (read_valid != '0) seen[row] <= !seen[row];
@@ -175,7 +193,7 @@ module core_lists #(
     logic [2:0] outer;
     logic [R-1:0] part_head[2][PARTS];
     logic [15:0] part_count[2][PARTS];
-    logic [R-1:0] part_tail[PARTS];
+    logic [R-1:0] part_tail[2][PARTS];
     logic [15:0] left;
 
     // Rows on their way to the comparators: one that is dealt, one that was read ahead.
@@ -262,7 +280,7 @@ module core_lists #(
                 write[at[i][3:0]] = 1'b1;
                 // A second entry may follow the first one into the row that it begins.
                 write_row[at[i][3:0]] = begins[i] || (i == 1 && goes[0] && begins[0]
-                    && out_part[0] == out_part[1]) ? taken : part_tail[out_part[i]];
+                    && out_part[0] == out_part[1]) ? taken : part_tail[level][out_part[i]];
                 write_data[at[i][3:0]] = out_entry[i];
                 if (begins[i]) takes = 1'b1;
             end
@@ -271,9 +289,6 @@ module core_lists #(
 
     // --- chunks ----------------------------------------------------------------------------------
 
-    logic bank_now;
-    logic [R-1:0] table_head[2][CHUNKS];
-    logic [8:0] table_count[2][CHUNKS];
     logic [C:0] chunks;
     logic [3:0] ahead_of[PARTS+1];
     always_comb begin
@@ -288,8 +303,8 @@ module core_lists #(
     logic ends_split;
     assign ends_split = state == SPLIT && left == 16'(dealt);
     assign job_ready = state == IDLE;
-    assign working = state == PIVOT || state == SPLIT || state == PICK;
     assign in_conflict = state == SPLIT && (out_valid & ~goes) != '0;
+    assign working = (state == PIVOT || state == SPLIT || state == PICK) && !in_conflict;
     assign reading = state == READ;
     assign waiting = state == ROOM || state == READY;
 
@@ -324,6 +339,7 @@ module core_lists #(
     end
 
     always_ff @(posedge clk) begin
+        if (gives && chained != '0) next[free_tail] <= given;
         coming_count <= walk_count;
         // `read_data` is that of the row that comes now.
         if ((!held_valid || row_done) && ahead_valid) begin
@@ -378,6 +394,7 @@ module core_lists #(
                 if (come_valid) got <= got + 16'(came);
                 if (got == entries) begin
                     table_head[bank_now][0] <= head;
+                    table_tail[bank_now][0] <= tail;
                     table_count[bank_now][0] <= entries[8:0];
                     if (32'(entries) <= CHUNK) chunks <= (C + 1)'(1);
                     walk <= head;
@@ -394,8 +411,8 @@ module core_lists #(
                         part_count[level][out_part[i]] <= at[i] + 16'd1;
                         if (begins[i]) begin
                             if (at[i] == '0) part_head[level][out_part[i]] <= taken;
-                            else next[part_tail[out_part[i]]] <= taken;
-                            part_tail[out_part[i]] <= taken;
+                            else next[part_tail[level][out_part[i]]] <= taken;
+                            part_tail[level][out_part[i]] <= taken;
                         end
                     end
                 end
@@ -405,6 +422,7 @@ module core_lists #(
                     for (int p = 0; p < PARTS; p++) begin
                         if (part_count[level][p] != '0) begin
                             table_head[bank_now][C'(chunks + (C + 1)'(ahead_of[p]))] <= part_head[level][p];
+                            table_tail[bank_now][C'(chunks + (C + 1)'(ahead_of[p]))] <= part_tail[level][p];
                             table_count[bank_now][C'(chunks + (C + 1)'(ahead_of[p]))] <= part_count[level][p][8:0];
                         end
                     end
@@ -414,6 +432,7 @@ module core_lists #(
                 end else if (fits[outer]) begin
                     if (part_count[0][outer] != '0) begin
                         table_head[bank_now][C'(chunks)] <= part_head[0][outer];
+                        table_tail[bank_now][C'(chunks)] <= part_tail[0][outer];
                         table_count[bank_now][C'(chunks)] <= part_count[0][outer][8:0];
                         chunks <= chunks + (C + 1)'(1);
                     end

@@ -5,8 +5,8 @@
 // leaves goes to the other memory than the row whose place it takes. The last level writes the order of the chunk: for each entry its place
 // among those that were fetched, and its sub-tiles.
 //
-// A chunk of r rows takes r + 5 cycles for the rows (a cycle to read the first one, four through the
-// network), and for each level four more than the rows that have a partner. Reset: no chunk.
+// A chunk of r rows takes a cycle to read the first one, r + 4 for all of them, and for each level four
+// more than the rows that have a partner. Reset: no chunk.
 // `chunk_ready` depends on registers only; the sorter is first at the sorting buffer.
 module core_sort #(
     // Rows of the sorting buffer.
@@ -53,7 +53,7 @@ module core_sort #(
     assign is_one_row = rows == 5'd1;
     assign is_last = merging ? 2 * list >= rows : is_one_row;
     assign accepts = chunk_valid && !busy;
-    assign working = busy || accepts;
+    assign working = busy;
 
     // --- rows come from the sorting buffer -------------------------------------------------------
 

@@ -48,6 +48,9 @@ pub struct Args {
     /// Only about N tiles of the view, spread over it
     #[arg(long, value_name = "N")]
     tiles: Option<usize>,
+    /// Which of the tiles that are left out between two of them
+    #[arg(long, value_name = "K", default_value_t = 0, requires = "tiles")]
+    offset: usize,
     /// Random stalls, in eighths of cycles: of requests, of answers, and answers out of order.
     /// Only the pixels are compared then
     #[arg(long, value_name = "ASK,COME,ORDER", value_parser = shares)]
@@ -96,7 +99,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
-        let frame = ChipFrame::new(&model.gaussians, camera, design.queue, args.tiles);
+        let frame = ChipFrame::new(&model.gaussians, camera, design.queue, args.tiles, args.offset);
         if frame.longest() > design.entries {
             let what = format!(
                 "view {}: a list of {} entries, and room for {} (buffers.sorting.capacity)",
@@ -184,7 +187,13 @@ fn shown(
     let mut text = format!("{name}: {tiles} tiles, {entries} entries, {needed} needed\n");
     match wrong.len() {
         0 => text.push_str("pixels: those of the datapath, bit for bit\n"),
-        n => text.push_str(&format!("pixels: {n} TILES DIFFER, the first is {}\n", wrong[0])),
+        n => {
+            let first = &frame.tiles[wrong[0]];
+            let ([x, y], entries) = (first.place, first.listed());
+            text.push_str(&format!(
+                "pixels: {n} TILES DIFFER, the first in column {x}, row {y}, of {entries} entries\n"
+            ));
+        }
     }
     if is_stalled {
         text.push_str("cycles are not compared: requests and answers stall at random\n\n");

@@ -63,8 +63,14 @@ pub struct ChipFrame {
 
 impl ChipFrame {
     /// The view of `camera`, of which only about `most` tiles are taken where it has more: whole
-    /// ones, spread over those that have a list.
-    pub fn new(scene: &Gaussians, camera: &Camera, queue: usize, most: Option<usize>) -> ChipFrame {
+    /// ones, spread over those that have a list, from the one at `offset` on.
+    pub fn new(
+        scene: &Gaussians,
+        camera: &Camera,
+        queue: usize,
+        most: Option<usize>,
+        offset: usize,
+    ) -> ChipFrame {
         let format = NumberFormat::FP16;
         let front = FrontEnd::new(scene, camera, format).expect("FP16 has enough exponent");
         let unit = Vru { vrc: Vrc::new(format).expect("so have pixels"), split: true, queue };
@@ -96,7 +102,7 @@ impl ChipFrame {
         if let Some(most) = most.filter(|&most| most < all) {
             taken.retain(|(list, place)| !list.is_empty() && inside(*place) == [TILE; 2]);
             let step = taken.len().div_ceil(most.max(1)).max(1);
-            taken = taken.into_iter().step_by(step).collect();
+            taken = taken.into_iter().skip(offset % step).step_by(step).collect();
         }
         let tiles: Vec<ChipTile> = taken
             .into_par_iter()
