@@ -154,20 +154,28 @@ module core_fetch #(
 
     // --- records ---------------------------------------------------------------------------------
 
-    logic [255:0] records[FEATURES*16];
-    logic [16*12-1:0] orders[FEATURES];
-    logic [11:0] entry;
     // One port: what is blended goes first.
     logic feeds;
     logic [F+3:0] feed_record;
+    logic [16*12-1:0] order;
+    logic [3:0] order_place;
+    logic [11:0] entry;
     assign come_ready = !feeds;
+    assign entry = order[12*32'(order_place)+:12];
     assign feed_subtiles = entry[3:0];
     assign feed_record = {record_base, 4'd0} + (F + 4)'(entry[11:4]);
+    sram #(
+        .WIDTH(16 * 12), .DEPTH(FEATURES)
+    ) orders (
+        .clk(clk), .write(order_write), .write_at(order_row), .write_data(order_data),
+        .read(feed_valid), .read_at(feed_row), .read_data(order));
+    sram #(
+        .WIDTH(256), .DEPTH(16 * FEATURES)
+    ) records (
+        .clk(clk), .write(come_valid && come_ready), .write_at(come_tag[F+3:0]),
+        .write_data(come_data), .read(feeds), .read_at(feed_record), .read_data(record));
     always_ff @(posedge clk) begin
-        if (order_write) orders[order_row] <= order_data;
-        if (feed_valid) entry <= orders[feed_row][12*32'(feed_place)+:12];
-        if (feeds) record <= records[feed_record];
-        else if (come_valid) records[come_tag[F+3:0]] <= come_data;
+        if (feed_valid) order_place <= feed_place;
     end
     always_ff @(posedge clk) begin
         if (!rst_n) feeds <= 1'b0;

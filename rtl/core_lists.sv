@@ -86,7 +86,6 @@ module core_lists #(
 
     // --- rows ------------------------------------------------------------------------------------
 
-    logic [E-1:0] bank[16][ROWS];
     logic [R-1:0] next[ROWS];
     logic [ROWS-1:0] seen;
     // Free rows are chained, too; those that were never used are numbered on.
@@ -145,7 +144,6 @@ module core_lists #(
     always_ff @(posedge clk) begin
         if (!rst_n) seen <= '0;
         else if (read_valid != '0) seen[row] <= !seen[row];
-        if (reads) for (int b = 0; b < 16; b++) read_data[b*E+:E] <= bank[b][row];
     end
 
     // --- writing entries -------------------------------------------------------------------------
@@ -154,9 +152,11 @@ module core_lists #(
     logic [R-1:0] write_row[16];
     logic [E-1:0] write_data[16];
     for (genvar b = 0; b < 16; b++) begin : g_bank
-        always_ff @(posedge clk) begin
-            if (write[b]) bank[b][write_row[b]] <= write_data[b];
-        end
+        sram #(
+            .WIDTH(E), .DEPTH(ROWS)
+        ) bank (
+            .clk(clk), .write(write[b]), .write_at(write_row[b]), .write_data(write_data[b]),
+            .read(reads), .read_at(row), .read_data(read_data[b*E+:E]));
     end
 
     // --- the list arrives ------------------------------------------------------------------------

@@ -38,7 +38,6 @@ module core_pixels #(
         .clk(clk), .rst_n(rst_n), .in_valid(close_valid), .in_ready(close_ready), .in_data(close_tile),
         .out_valid(tile_valid), .out_ready(tile_take), .out_data(tile));
 
-    logic [1023:0] memory[TILES*16];
     logic [TILES-1:0] used, whole;
     logic [27:0] of_tile[TILES];
     logic [5:0] open_writes[TILES];
@@ -75,7 +74,11 @@ module core_pixels #(
         + 32'd2048 * (32'(of_tile[writing][17:9]) * 32'(tiles_x) + 32'(of_tile[writing][8:0]))
         + {21'd0, turn, 6'd0};
     logic [1023:0] line;
-    assign line = memory[{writing, turn[4:1]}];
+    sram_async #(
+        .WIDTH(1024), .DEPTH(16 << T)
+    ) memory (
+        .clk(clk), .write(in_valid && in_ready), .write_at({filling, beat}), .write_data(in_pixels),
+        .read_at({writing, turn[4:1]}), .read_data(line));
     assign write_data = turn[0] ? line[1023:512] : line[511:0];
 
     always_ff @(posedge clk) begin
@@ -114,7 +117,6 @@ module core_pixels #(
     end
     always_ff @(posedge clk) begin
         if (tile_take) of_tile[filling] <= tile;
-        if (in_valid && in_ready) memory[{filling, beat}] <= in_pixels;
         for (int t = 0; t < TILES; t++) begin
             if (!used[t]) open_writes[t] <= '0;
             else open_writes[t] <= open_writes[t]

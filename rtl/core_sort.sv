@@ -73,8 +73,21 @@ module core_sort #(
 
     // --- the two memories ------------------------------------------------------------------------
 
-    logic [16*W-1:0] memory[2][16];
     logic [15:0] where;
+    logic [4:0] a_row, b_row;
+    logic to;
+    logic [1:0][16*W-1:0] a_rows, b_rows;
+    logic out_valid;
+    logic [16*W-1:0] out_row;
+    assign to = merging && !where[left[3:0]];
+    for (genvar m = 0; m < 2; m++) begin : g_memory
+        sram_async #(
+            .WIDTH(16 * W), .DEPTH(16), .READS(2)
+        ) memory (
+            .clk(clk), .write(out_valid && to == (m == 1)), .write_at(left[3:0]),
+            .write_data(out_row), .read_at({b_row[3:0], a_row[3:0]}),
+            .read_data({b_rows[m], a_rows[m]}));
+    end
 
     // --- pairs of lists --------------------------------------------------------------------------
 
@@ -86,14 +99,11 @@ module core_sort #(
     assign paired = lists[0] ? 5'((lists - 5'd1) << shift) : rows;
 
     logic a_valid, a_ready, a_last, b_valid, b_ready, b_last;
-    logic [4:0] a_row, b_row;
     assign a_valid = busy && merging && a_row < paired;
     assign b_valid = busy && merging && b_row < paired;
     assign a_last = (a_row & (list - 5'd1)) == list - 5'd1;
     assign b_last = (b_row & (list - 5'd1)) == list - 5'd1 || b_row + 5'd1 == rows;
 
-    logic out_valid;
-    logic [16*W-1:0] out_row;
     logic sorted_ready;
     bsu #(
         .ENTRY(W)
@@ -101,9 +111,9 @@ module core_sort #(
         .clk(clk), .rst_n(rst_n),
         .sort_valid(comes), .sort_ready(sorted_ready), .sort_row(fresh),
         .a_valid(a_valid), .a_ready(a_ready), .a_last(a_last),
-        .a_row(memory[where[a_row[3:0]]][a_row[3:0]]),
+        .a_row(a_rows[where[a_row[3:0]]]),
         .b_valid(b_valid), .b_ready(b_ready), .b_last(b_last),
-        .b_row(memory[where[b_row[3:0]]][b_row[3:0]]),
+        .b_row(b_rows[where[b_row[3:0]]]),
         .out_valid(out_valid), .out_ready(1'b1), .out_row(out_row));
 
     logic [4:0] due;
@@ -151,10 +161,7 @@ module core_sort #(
                 a_row <= a_last ? a_row + list + 5'd1 : a_row + 5'd1;
             end
             if (b_valid && b_ready) b_row <= b_last ? b_row + list + 5'd1 : b_row + 5'd1;
-            if (out_valid) begin
-                left <= left + 5'd1;
-                memory[merging ? !where[left[3:0]] : 1'b0][left[3:0]] <= out_row;
-            end
+            if (out_valid) left <= left + 5'd1;
             if (ends_level) begin
                 merging <= 1'b1;
                 left <= '0;

@@ -21,6 +21,15 @@ fn verilator() -> Option<PathBuf> {
     places.into_iter().find(|place| place.is_file())
 }
 
+/// Whether there is one; says so, with the name of what is skipped, where there is none.
+pub fn is_there(name: &str) -> bool {
+    let is_there = verilator().is_some();
+    if !is_there {
+        eprintln!("{name}: skipped, no Verilator (set POWERGS_VERILATOR or install it)");
+    }
+    is_there
+}
+
 impl Bench {
     /// Lints and compiles `rtl/tb/NAME.sv` or `rtl/NAME.sv` with `rtl/tb/NAME.cpp` in a folder of
     /// its own in `place`, where it finds what it built before; `None`, with a line that says so,
@@ -29,10 +38,7 @@ impl Bench {
     /// # Panics
     /// When it does not compile.
     pub fn build(place: &str, name: &str, parameters: &[(&str, u32)]) -> Option<Bench> {
-        let Some(verilator) = verilator() else {
-            eprintln!("{name}: skipped, no Verilator (set POWERGS_VERILATOR or install it)");
-            return None;
-        };
+        let verilator = if is_there(name) { verilator()? } else { return None };
         let rtl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rtl");
         let rtl = rtl.canonicalize().expect("the folder rtl");
         let values: String =

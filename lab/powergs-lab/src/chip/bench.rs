@@ -98,30 +98,53 @@ impl Bench {
         fs::read(&source).or_exit(Exit::Usage, source.display())?.hash(&mut hasher);
         let folder = place.join(format!("cores-{:016x}", hasher.finish()));
         let program = folder.join("Vcores");
-        let whole = folder.join("built");
-        if whole.exists() {
+        if program.exists() {
             return Ok(Bench(program));
         }
+        // Whole or not at all: another run may build the same.
+        let whole = folder;
+        let folder = whole.with_extension(std::process::id().to_string());
         fs::create_dir_all(&folder).or_exit(Exit::Internal, folder.display())?;
         let config = folder.join("blocks.vlt");
-        // Cores are compiled once, however many there are.
+        // Rendering cores are compiled once, however many there are.
         fs::write(&config, "`verilator_config\nhier_block -module \"vrc\"\n")
             .or_exit(Exit::Internal, config.display())?;
-        let mut build = Command::new(verilator);
-        build.args(["--cc", "--exe", "--build", "--hierarchical", "-Wall", "-Wno-fatal", "-O3"]);
-        build.args(["--x-initial", "fast", "-j", "2", "-Mdir"]).arg(&folder);
-        build.arg("-y").arg(&rtl).args(["--top-module", "cores"]);
-        build.args(design.parameters.iter().map(|(key, value)| format!("-G{key}={value}")));
-        build.args(["-MAKEFLAGS", "VK_PCH_I_FAST= VK_PCH_I_SLOW=", "-CFLAGS"]);
-        build.arg(format!("-std=c++17 -O1 -DCORES={}", design.cores));
-        build.arg(&config).arg(rtl.join("fp_pkg.sv")).arg(rtl.join("cores.sv")).arg(source);
-        let built = build.output().or_exit(Exit::Usage, "Verilator")?;
-        if !built.status.success() {
+        let sources = [rtl.join("fp_pkg.sv"), rtl.join("cores.sv")];
+        let parameters = design.parameters.iter().map(|(key, value)| format!("-G{key}={value}"));
+        let parameters: Vec<String> = parameters.collect();
+        let made = |words: &[&str], files: &[&PathBuf]| {
+            let mut command = Command::new(&verilator);
+            command.args(words).arg("-y").arg(&rtl).args(["--top-module", "cores"]);
+            command.args(&parameters).arg("-Mdir").arg(&folder).args(files).args(&sources);
+            let done = command.output().or_exit(Exit::Usage, verilator.display())?;
+            if done.status.success() {
+                return Ok(());
+            }
             let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-            let what = format!("Verilator: {}{}", text(&built.stdout), text(&built.stderr));
-            return Err(Failure::new(Exit::Internal, what));
+            let what = format!("Verilator: {}{}", text(&done.stdout), text(&done.stderr));
+            Err(Failure::new(Exit::Internal, what))
+        };
+        made(&["--lint-only", "-Wall"], &[])?;
+        let flags = format!("-std=c++17 -O1 -DCORES={}", design.cores);
+        let build = [
+            "--cc",
+            "--exe",
+            "--build",
+            "--hierarchical",
+            "-O3",
+            "--x-initial",
+            "fast",
+            "-j",
+            "2",
+            "-MAKEFLAGS",
+            "VK_PCH_I_FAST= VK_PCH_I_SLOW=",
+            "-CFLAGS",
+            flags.as_str(),
+        ];
+        made(&build, &[&config, &source])?;
+        if fs::rename(&folder, &whole).is_err() {
+            fs::remove_dir_all(&folder).or_exit(Exit::Internal, folder.display())?;
         }
-        fs::write(&whole, "").or_exit(Exit::Internal, whole.display())?;
         Ok(Bench(program))
     }
 

@@ -2,6 +2,7 @@
 //! those in RTL.
 
 mod characterise;
+mod chip;
 mod claims;
 mod claims_command;
 mod docs;

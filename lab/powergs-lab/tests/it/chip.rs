@@ -1,0 +1,142 @@
+//! `chip`: the cores of `rtl/` against the cycle model and the datapath, on the same lists.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use powergs_testkit::scene_files::{ply, sample};
+use powergs_testkit::verilator;
+use predicates::str::contains;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// One core, whose buffers are the shares of one of four.
+const ONE: [&str; 8] = [
+    "--set",
+    "vru.cores=1",
+    "--set",
+    "buffers.sorting.capacity=24KiB",
+    "--set",
+    "buffers.feature.capacity=32KiB",
+    "--set",
+    "buffers.pixel-out.capacity=4KiB",
+];
+
+fn run(words: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_powergs-lab"));
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    command.current_dir(root).arg("chip").args(words).assert()
+}
+
+fn scene(splats: usize) -> (TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.ply");
+    fs::write(&path, ply(&sample(splats, 3))).expect("a scene");
+    let path = path.to_str().expect("UTF-8").to_owned();
+    (folder, path)
+}
+
+/// What is said of the first view; `None`, with a line, without Verilator.
+fn view(words: &[&str]) -> Option<Value> {
+    if !verilator::is_there("chip") {
+        return None;
+    }
+    let build = concat!(env!("CARGO_TARGET_TMPDIR"), "/chip");
+    let done = run(&[words, &["--json", "--build", build]].concat()).success();
+    let all: Value = serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+    Some(all[0].clone())
+}
+
+fn pair(view: &Value, name: &str) -> [u64; 2] {
+    let row = &view["rows"][name];
+    ["model", "rtl"].map(|side| row[side].as_u64().unwrap_or_else(|| panic!("{name}: {view}")))
+}
+
+/// Pixels and bytes are equal, units are busy for as long within a percent, and the whole takes as
+/// long within `share`.
+fn agrees(view: &Value, share: f64) {
+    assert_eq!(view["wrong_tiles"], Value::Array(Vec::new()), "{view}");
+    for name in ["bytes of lists", "bytes of features", "bytes of pixels"] {
+        let [model, rtl] = pair(view, name);
+        assert_eq!(model, rtl, "{name}: {view}");
+    }
+    let phase = ("tile phase, cycles", share);
+    for (name, share) in [("qsu busy", 0.01), ("bsu busy", 0.01), ("vru busy", 0.01), phase] {
+        let [model, rtl] = pair(view, name).map(|cycles| cycles as f64);
+        assert!((rtl / model - 1.0).abs() <= share, "{name}: {model} {rtl}; {view}");
+    }
+}
+
+/// In one test, because all of it runs on the same bench.
+#[test]
+fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
+    let (_folder, scene) = scene(3000);
+    let of = [scene.as_str(), "--orbit", "1", "--size", "128x96"];
+    let of = [&of[..], &ONE].concat();
+    let Some(plain) = view(&of) else { return };
+    assert!(plain["entries"].as_u64().is_some_and(|entries| entries > 4000), "{plain}");
+    agrees(&plain, 0.03);
+    // Random stalls change no pixel.
+    for (stalls, seed) in [("4,0,0", "1"), ("0,5,7", "2"), ("3,3,4", "3")] {
+        let stalls = ["--tiles", "12", "--stalls", stalls, "--seed", seed];
+        let Some(view) = view(&[&of[..], &stalls].concat()) else { return };
+        assert_eq!(view["wrong_tiles"], Value::Array(Vec::new()), "{view}");
+    }
+}
+
+/// Twelve subsets of tiles of two trained scenes, and a whole view of each. Minutes:
+/// `RUN_SLOW_TESTS=1`.
+#[test]
+fn a_core_is_as_fast_as_the_model_says_on_trained_scenes() {
+    if std::env::var_os("RUN_SLOW_TESTS").is_none() {
+        eprintln!("skipped: minutes (RUN_SLOW_TESTS=1)");
+        return;
+    }
+    for name in ["fox-posed", "snowmiku-posed"] {
+        let folder = format!("{}/../../../shared/data/{name}", env!("CARGO_MANIFEST_DIR"));
+        if !Path::new(&folder).exists() {
+            eprintln!("skipped: {folder} is not there");
+            return;
+        }
+        let (scene, cameras) =
+            (format!("{folder}/point_cloud.ply"), format!("{folder}/cameras.json"));
+        let of = [&scene, "--cameras", &cameras, "--frames", "0..1", "--size", "320x240"];
+        let of = [&of[..], &ONE].concat();
+        for offset in ["0", "1", "2", "3", "4", "5"] {
+            let some = ["--tiles", "40", "--offset", offset];
+            let Some(view) = view(&[&of[..], &some].concat()) else { return };
+            agrees(&view, 0.02);
+        }
+        let Some(view) = view(&of) else { return };
+        agrees(&view, 0.02);
+    }
+}
+
+#[test]
+fn what_the_rtl_cannot_be_is_refused() {
+    let (_folder, scene) = scene(20);
+    for (setting, why) in [
+        ("gsu.pivots=15", "gsu.pivots = 15: the RTL has 7 only"),
+        ("vru.impl=\"serial\"", "the RTL has \"parallel\" only"),
+        ("geometry.chunk=100", "geometry.chunk = 100: a multiple of 16, at most 256"),
+        ("buffers.feature.capacity=96KiB", "a power of two for each core"),
+        ("buffers.sorting.capacity=49KB", "times 96 B for each core"),
+        ("vru.subtile-queue=1", "vru.subtile-queue = 1: 2 to 64"),
+    ] {
+        run(&[&scene, "--orbit", "1", "--size", "32x32", "--set", setting])
+            .code(2)
+            .stderr(contains(why));
+    }
+    run(&[&scene, "--orbit", "1", "--size", "32x32", "--stalls", "1,9,0"])
+        .code(2)
+        .stderr(contains("three numbers from 0 to 7"));
+}
+
+#[test]
+fn a_list_that_has_no_room_is_refused() {
+    let (_folder, scene) = scene(4000);
+    let small = ["--orbit", "1", "--size", "32x32", "--set", "buffers.sorting.capacity=18KiB"];
+    run(&[&[scene.as_str()], &small[..]].concat())
+        .code(2)
+        .stderr(contains("room for 640 (buffers.sorting.capacity)"));
+}
