@@ -81,8 +81,8 @@ module core #(
     logic [1:0] read_valid, read_ready;
     logic unused;
     assign unused = &{1'b0, read_ready[0], come_tag[15]};
-    logic [R-1:0] read_row[2];
-    logic [R-1:0] read_next[2];
+    logic [1:0][R-1:0] read_row;
+    logic [1:0][R-1:0] read_next;
     logic [16*E-1:0] read_data;
     logic qsu_working, qsu_conflict, qsu_reading, qsu_waiting;
     core_lists #(

@@ -157,25 +157,20 @@ module core_feed #(
     end
 
     // Places are in 1/256 pixel, coefficients and sums in 2^-16.
-    logic signed [23:0] mean[2];
-    logic signed [18:0] root[3];
+    logic signed [23:0] mean_x, mean_y;
+    logic signed [18:0] root_a, root_b, root_c;
     logic signed [25:0] local_x, local_y;
     logic signed [44:0] times_a, times_b, times_c;
     logic [111:0] rest, rest_now;
-    for (genvar i = 0; i < 2; i++) begin : g_mean
-        assign mean[i] = record[24*i+:24];
-    end
-    for (genvar i = 0; i < 3; i++) begin : g_root
-        assign root[i] = record[48+19*i+:19];
-    end
-    assign local_x = 26'({of_tile[1][8:0], 12'd0}) + 26'sd1920 - 26'(mean[0]);
-    assign local_y = 26'({of_tile[1][17:9], 12'd0}) + 26'sd1920 - 26'(mean[1]);
+    assign {root_c, root_b, root_a, mean_y, mean_x} = record[104:0];
+    assign local_x = 26'({of_tile[1][8:0], 12'd0}) + 26'sd1920 - 26'(mean_x);
+    assign local_y = 26'({of_tile[1][17:9], 12'd0}) + 26'sd1920 - 26'(mean_y);
     assign rest = record[223:112];
     always_ff @(posedge clk) begin
         if (valid[1] && ops[1] == SPLAT) begin
-            times_a <= local_x * root[0];
-            times_b <= local_y * root[1];
-            times_c <= local_y * root[2];
+            times_a <= local_x * root_a;
+            times_b <= local_y * root_b;
+            times_c <= local_y * root_c;
             rest_now <= rest;
         end
     end

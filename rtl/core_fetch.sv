@@ -87,9 +87,8 @@ module core_fetch #(
     logic [F:0] ring_used;
     logic [S-1:0] oldest, newest;
     logic [S:0] held;
-    logic [8:0] slot_entries[SLOTS];
-    logic [F-1:0] slot_row[SLOTS];
-    logic [8:0] slot_missing[SLOTS];
+    logic [SLOTS-1:0][8:0] slot_entries, slot_missing;
+    logic [SLOTS-1:0][F-1:0] slot_row;
     logic [SLOTS-1:0] slot_first, slot_last, slot_empty, slot_sorted, slot_dropped;
     logic [F:0] oldest_rows, chunk_rows;
     assign oldest_rows = (F + 1)'((32'(slot_entries[oldest]) + 32'd15) >> 4);

@@ -57,8 +57,8 @@ module core_lists #(
     // Rows for the sorter (0, first served) and for the fetch (1); data come a cycle behind `ready`.
     input  logic [1:0]      read_valid,
     output logic [1:0]      read_ready,
-    input  logic [R-1:0]    read_row[2],
-    output logic [R-1:0]    read_next[2],
+    input  logic [1:0][R-1:0] read_row,
+    output logic [1:0][R-1:0] read_next,
     output logic [16*E-1:0] read_data,
     // For counters: at work; held up by banks; waiting for entries; for room or for those behind.
     output logic            working,
@@ -80,13 +80,13 @@ module core_lists #(
 
     // Chunks of two lists: of the one that is split, and of the one whose chunks are taken.
     logic bank_now;
-    logic [R-1:0] table_head[2][CHUNKS];
-    logic [R-1:0] table_tail[2][CHUNKS];
-    logic [8:0] table_count[2][CHUNKS];
+    logic [1:0][CHUNKS-1:0][R-1:0] table_head;
+    logic [1:0][CHUNKS-1:0][R-1:0] table_tail;
+    logic [1:0][CHUNKS-1:0][8:0] table_count;
 
     // --- rows ------------------------------------------------------------------------------------
 
-    logic [R-1:0] next[ROWS];
+    logic [ROWS-1:0][R-1:0] next;
     logic [ROWS-1:0] seen;
     // Free rows are chained, too; those that were never used are numbered on.
     logic [R-1:0] free_head, free_tail;
@@ -149,8 +149,8 @@ module core_lists #(
     // --- writing entries -------------------------------------------------------------------------
 
     logic [15:0] write;
-    logic [R-1:0] write_row[16];
-    logic [E-1:0] write_data[16];
+    logic [15:0][R-1:0] write_row;
+    logic [15:0][E-1:0] write_data;
     for (genvar b = 0; b < 16; b++) begin : g_bank
         sram #(
             .WIDTH(E), .DEPTH(ROWS)
@@ -164,7 +164,7 @@ module core_lists #(
     logic [31:0] address;
     logic [15:0] entries, asked, got;
     logic [11:0] beat;
-    logic [R-1:0] place_row[ROWS];
+    logic [ROWS-1:0][R-1:0] place_row;
     logic [R:0] rows_now;
     logic [R-1:0] head, tail;
     logic [3:0] wanted, came;
@@ -182,6 +182,16 @@ module core_lists #(
     assign came = 32'(entries) - 32'd10 * 32'(come_beat) < 32'd10
         ? 4'(32'(entries) - 32'd10 * 32'(come_beat)) : 4'd10;
 
+    // Where in an answer the entry of a bank is, and in which row of the list.
+    logic [15:0] come_first;
+    logic [15:0][3:0] come_place;
+    logic [15:0][R-1:0] come_row;
+    assign come_first = 16'(10 * 32'(come_beat));
+    for (genvar b = 0; b < 16; b++) begin : g_come
+        assign come_place[b] = 4'(b) - come_first[3:0];
+        assign come_row[b] = R'((32'(come_first) + 32'(come_place[b])) >> 4);
+    end
+
     // Rows that a list needs: its own, and one for each part that is begun.
     logic [R+1:0] room;
     assign room = (R + 2)'((32'(entries) + 32'd15) >> 4) + (32'(entries) > CHUNK ? (R + 2)'(PARTS) : '0);
@@ -191,9 +201,9 @@ module core_lists #(
     // The parts of two levels; those of the second belong to part `outer` of the first.
     logic level;
     logic [2:0] outer;
-    logic [R-1:0] part_head[2][PARTS];
-    logic [15:0] part_count[2][PARTS];
-    logic [R-1:0] part_tail[2][PARTS];
+    logic [1:0][PARTS-1:0][R-1:0] part_head;
+    logic [1:0][PARTS-1:0][15:0] part_count;
+    logic [1:0][PARTS-1:0][R-1:0] part_tail;
     logic [15:0] left;
 
     // Rows on their way to the comparators: one that is dealt, one that was read ahead.
@@ -211,8 +221,8 @@ module core_lists #(
     assign source_asks = (state == PIVOT || state == SPLIT) && walk_left != '0 && !coming && !ahead_valid;
 
     logic [1:0] in_valid, in_ready, out_valid, out_ready;
-    logic [E-1:0] in_entry[2], out_entry[2];
-    logic [2:0] out_part[2];
+    logic [1:0][E-1:0] in_entry, out_entry;
+    logic [1:0][2:0] out_part;
     logic [2:0] pivot;
     for (genvar i = 0; i < 2; i++) begin : g_unit
         assign in_entry[i] = held[(2*32'(pair)+i)*E+:E];
@@ -234,7 +244,7 @@ module core_lists #(
     assign row_done = held_valid && state == SPLIT && gone == '1 && 2 * 32'(pair) + 2 >= 32'(held_count);
 
     // Where the two entries that leave the units go.
-    logic [15:0] at[2];
+    logic [1:0][15:0] at;
     logic [1:0] begins;
     logic [1:0] goes;
     logic conflict;
@@ -265,14 +275,11 @@ module core_lists #(
             write_data[b] = '0;
         end
         takes = asks && needs_row;
-        if (come_valid) begin
-            for (int i = 0; i < 10; i++) begin
-                automatic int unsigned to = 10 * 32'(come_beat) + i;
-                if (i < 32'(came)) begin
-                    write[to[3:0]] = 1'b1;
-                    write_row[to[3:0]] = place_row[R'(to >> 4)];
-                    write_data[to[3:0]] = come_data[48*i+:E];
-                end
+        for (int b = 0; b < 16; b++) begin
+            if (come_valid && come_place[b] < came) begin
+                write[b] = 1'b1;
+                write_row[b] = place_row[come_row[b]];
+                write_data[b] = come_data[48*32'(come_place[b])+:E];
             end
         end
         for (int i = 0; i < 2; i++) begin
@@ -290,10 +297,10 @@ module core_lists #(
     // --- chunks ----------------------------------------------------------------------------------
 
     logic [C:0] chunks;
-    logic [3:0] ahead_of[PARTS+1];
-    always_comb begin
-        ahead_of[0] = '0;
-        for (int p = 0; p < PARTS; p++) ahead_of[p+1] = ahead_of[p] + 4'(part_count[level][p] != '0);
+    logic [PARTS:0][3:0] ahead_of;
+    assign ahead_of[0] = '0;
+    for (genvar p = 0; p < PARTS; p++) begin : g_ahead
+        assign ahead_of[p+1] = ahead_of[p] + 4'(part_count[level][p] != '0);
     end
     assign list_valid = state == READY;
     assign list_chunks = chunks;

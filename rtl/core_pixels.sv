@@ -39,8 +39,8 @@ module core_pixels #(
         .out_valid(tile_valid), .out_ready(tile_take), .out_data(tile));
 
     logic [TILES-1:0] used, whole;
-    logic [27:0] of_tile[TILES];
-    logic [5:0] open_writes[TILES];
+    logic [TILES-1:0][27:0] of_tile;
+    logic [TILES-1:0][5:0] open_writes;
     logic [TILES-1:0] sent;
     logic [T-1:0] filling, writing;
     logic [3:0] beat;
@@ -52,18 +52,19 @@ module core_pixels #(
     assign last_in = in_valid && in_ready && beat == 4'd15;
     assign is_full = in_valid && !in_ready;
 
-    // The pixels of a request that are inside: pixel `turn[4:1]` of eight rendering cores.
+    // The pixels of a request that are inside: pixel `turn[4:1]` of eight rendering cores, which are
+    // in the upper or in the lower half of the tile.
     logic [7:0] seen;
     logic [3:0] count;
+    for (genvar i = 0; i < 8; i++) begin : g_pixel
+        localparam int X = 8 * (i / 4) + 4 * (i % 2);
+        localparam int Y = 4 * (i % 4 / 2);
+        assign seen[i] = 5'(X) + 5'(turn[2:1]) < of_tile[writing][22:18]
+            && 5'(Y) + {1'b0, turn[0], 1'b0, turn[4:3]} < of_tile[writing][27:23];
+    end
     always_comb begin
         count = '0;
-        for (int i = 0; i < 8; i++) begin
-            automatic int unsigned core = 8 * 32'(turn[0]) + i;
-            automatic int unsigned x = 8 * (core / 4 % 2) + 4 * (core % 2) + 32'(turn[4:1]) % 4;
-            automatic int unsigned y = 8 * (core / 8) + 4 * (core % 4 / 2) + 32'(turn[4:1]) / 4;
-            seen[i] = x < 32'(of_tile[writing][22:18]) && y < 32'(of_tile[writing][27:23]);
-            count = count + 4'(seen[i]);
-        end
+        for (int i = 0; i < 8; i++) count = count + 4'(seen[i]);
     end
     logic turns;
     assign write_valid = whole[writing] && !sent[writing] && count != '0;

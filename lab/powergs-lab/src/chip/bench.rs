@@ -95,7 +95,9 @@ impl Bench {
             }
         }
         let source = rtl.join("tb/cores.cpp");
-        fs::read(&source).or_exit(Exit::Usage, source.display())?.hash(&mut hasher);
+        for path in [&source, &rtl.join("tb/cores.sv")] {
+            fs::read(path).or_exit(Exit::Usage, path.display())?.hash(&mut hasher);
+        }
         let folder = place.join(format!("cores-{:016x}", hasher.finish()));
         let program = folder.join("Vcores");
         if program.exists() {
@@ -109,7 +111,7 @@ impl Bench {
         // Rendering cores are compiled once, however many there are.
         fs::write(&config, "`verilator_config\nhier_block -module \"vrc\"\n")
             .or_exit(Exit::Internal, config.display())?;
-        let sources = [rtl.join("fp_pkg.sv"), rtl.join("cores.sv")];
+        let sources = [rtl.join("fp_pkg.sv"), rtl.join("tb/cores.sv")];
         let parameters = design.parameters.iter().map(|(key, value)| format!("-G{key}={value}"));
         let parameters: Vec<String> = parameters.collect();
         let made = |words: &[&str], files: &[&PathBuf]| {
