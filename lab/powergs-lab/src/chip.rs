@@ -21,7 +21,7 @@ use powergs_scene::files::{is_foveated, open_model};
 use powergs_sim::cli::camera_file::CameraArgs;
 use powergs_sim::cli::scene_file::warn;
 use powergs_sim::cli::{Context, Exit, Failure, inputs, out};
-use tiles::ChipFrame;
+use tiles::{ChipFrame, Pivots};
 
 /// Shown under `chip --help`.
 pub const EXAMPLES: &str = "\
@@ -51,6 +51,9 @@ pub struct Args {
     /// Which of the tiles that are left out between two of them
     #[arg(long, value_name = "K", default_value_t = 0, requires = "tiles")]
     offset: usize,
+    /// Where pivots come from
+    #[arg(long, value_enum, default_value_t = Pivots::Exact)]
+    pivots: Pivots,
     /// Random stalls, in eighths of cycles: of requests, of answers, and answers out of order.
     /// Only the pixels are compared then
     #[arg(long, value_name = "ASK,COME,ORDER", value_parser = shares)]
@@ -62,9 +65,6 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     build: Option<PathBuf>,
 }
-
-/// Cycles after which a run is given up.
-const MOST: u32 = 400_000_000;
 
 fn shares(text: &str) -> Result<[u32; 3], String> {
     let numbers: Vec<u32> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
@@ -109,8 +109,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             );
             return Err(Failure::new(Exit::Usage, what));
         }
+        let Some(pivots) = frame.pivots(design.chunk, args.pivots) else {
+            let what = format!(
+                "view {}: a list needs more than two splits (--pivots exact needs fewer)",
+                camera.name
+            );
+            return Err(Failure::new(Exit::Usage, what));
+        };
         let bench = Bench::build(&design, &place)?;
-        let rtl = bench.run(&frame, &design, machine, stalls, MOST)?;
+        let rtl = bench.run(&frame, &pivots, &design, machine, stalls)?;
         let wrong = frame.wrong(&rtl.pixels);
         if !wrong.is_empty() {
             exit = Exit::GoalMissed;

@@ -69,6 +69,9 @@ pub fn verilator() -> Option<PathBuf> {
     places.into_iter().find(|place| place.is_file())
 }
 
+/// Cycles after which a run is given up.
+const MOST: u32 = 400_000_000;
+
 /// A compiled bench.
 #[derive(Debug)]
 pub struct Bench(PathBuf);
@@ -157,13 +160,13 @@ impl Bench {
     pub fn run(
         &self,
         frame: &ChipFrame,
+        pivots: &[Vec<u64>],
         design: &Design,
         machine: &Machine,
         stalls: Stalls,
-        most: u32,
     ) -> Result<ChipRun, Failure> {
         let file = self.0.with_file_name(format!("stimulus-{}.bin", std::process::id()));
-        fs::write(&file, stimulus(frame, design, stalls, most))
+        fs::write(&file, stimulus(frame, pivots, stalls))
             .or_exit(Exit::Internal, file.display())?;
         let run = self.run_on(&file, design, machine, frame);
         fs::remove_file(&file).or_exit(Exit::Internal, file.display())?;
@@ -195,23 +198,23 @@ impl Bench {
 }
 
 /// The words that the bench reads first.
-fn stimulus(frame: &ChipFrame, design: &Design, stalls: Stalls, most: u32) -> Vec<u8> {
+fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
     let (addresses, lists) = frame.lists();
-    let (records, pivots) = (frame.records(), frame.pivots(design.chunk));
+    let records = frame.records();
     let tiles = frame.grid[0] * frame.grid[1];
     let all_pivots: usize = pivots.iter().map(Vec::len).sum();
     let [ask, come, order] = stalls.shares;
-    let mut words = vec![stalls.seed, ask, come, order, frame.grid[0], most];
+    let mut words = vec![stalls.seed, ask, come, order, frame.grid[0], MOST];
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
     words.extend([(records.len() / RECORD) as u32, tiles]);
-    for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(&pivots) {
+    for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;
         let [width, height] = tile.size;
         let place = x | y << 9 | width << 18 | height << 23;
         words.extend([address, tile.listed() as u32, place, pivots.len() as u32]);
     }
     let mut bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
-    bytes.extend(pivots.into_iter().flatten().flat_map(u64::to_le_bytes));
+    bytes.extend(pivots.iter().flatten().flat_map(|key| key.to_le_bytes()));
     bytes.extend(lists);
     bytes.extend(records);
     bytes

@@ -109,8 +109,8 @@ impl Design {
         if !(1..=32).contains(&cores) {
             return Err(refused("vru.cores", &cores, "1 to 32"));
         }
-        // No list is longer than the sorting buffer.
-        let chunks = (rows * ROW as u32).div_ceil(chunk).max(2).next_power_of_two();
+        // No list is longer than the sorting buffer, and no part is split more than twice.
+        let chunks = (4 * rows * ROW as u32).div_ceil(chunk).clamp(8, 64).next_power_of_two();
         Ok(Design {
             parameters: vec![
                 ("CORES", cores),

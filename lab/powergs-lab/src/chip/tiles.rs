@@ -186,9 +186,17 @@ impl ChipFrame {
         self.seen.iter().flat_map(Seen::record).collect()
     }
 
-    /// The pivots of each list, in the order of its splits: the first key of every part.
-    pub fn pivots(&self, chunk: usize) -> Vec<Vec<u64>> {
-        self.tiles.iter().map(|tile| pivots(&tile.entries, chunk)).collect()
+    /// The pivots of each list, in the order of its splits; `None` where a list needs a third split,
+    /// which the core has not.
+    pub fn pivots(&self, chunk: usize, rule: Pivots) -> Option<Vec<Vec<u64>>> {
+        let of = |tile: &ChipTile| {
+            let mut keys: Vec<u64> = tile.entries.iter().map(key).collect();
+            // As they arrive: in storage order.
+            keys.sort_unstable_by_key(|key| key & 0xff_ffff);
+            let mut all = Vec::new();
+            split(&keys, chunk, rule, 2, &mut all).then_some(all)
+        };
+        self.tiles.iter().map(of).collect()
     }
 
     /// Which tiles differ in any pixel from what the core wrote: their positions.
@@ -284,18 +292,52 @@ fn key(listed: &Listed) -> u64 {
     u64::from(listed.depth) << 24 | u64::from(listed.slot)
 }
 
-/// Pivots of a list front to back: of parts of eight chunks where it has more than eight, then of
-/// those that are longer than one.
-fn pivots(list: &[Listed], chunk: usize) -> Vec<u64> {
-    const PARTS: usize = 8;
-    if list.len() <= chunk {
-        return Vec::new();
-    }
-    let part = if list.len() <= PARTS * chunk { chunk } else { PARTS * chunk };
-    let first = |k: usize| list.get(k * part).map_or(u64::MAX >> 24, key);
-    let mut all: Vec<u64> = (1..PARTS).map(first).collect();
-    if part > chunk {
-        all.extend(list.chunks(part).flat_map(|part| pivots(part, chunk)));
-    }
-    all
+/// Where pivots come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Pivots {
+    /// They cut a list into whole chunks, as the cycle model has it (A23)
+    Exact,
+    /// They are quantiles of 64 keys of the list, and parts are a quarter shorter than a chunk (A73)
+    Sampled,
 }
+
+/// Parts of a split.
+const PARTS: usize = 8;
+/// Keys of a sample.
+const SAMPLE: usize = 64;
+
+/// Adds the pivots of a list, and of its parts that are longer than a chunk, front to back; returns
+/// whether `levels` of splits are enough.
+fn split(keys: &[u64], chunk: usize, rule: Pivots, levels: u32, all: &mut Vec<u64>) -> bool {
+    if keys.len() <= chunk {
+        return true;
+    }
+    if levels == 0 {
+        return false;
+    }
+    let pivots: Vec<u64> = match rule {
+        Pivots::Exact => {
+            let mut sorted = keys.to_vec();
+            sorted.sort_unstable();
+            let part = if keys.len() <= PARTS * chunk { chunk } else { PARTS * chunk };
+            (1..PARTS).map(|k| sorted.get(k * part).copied().unwrap_or(NEVER)).collect()
+        }
+        Pivots::Sampled => {
+            let step = keys.len().div_ceil(SAMPLE);
+            let mut sample: Vec<u64> = keys.iter().step_by(step).copied().collect();
+            sample.sort_unstable();
+            let parts = (4 * keys.len()).div_ceil(3 * chunk).min(PARTS);
+            let quantile = |k: usize| sample[k * sample.len() / parts];
+            (1..PARTS).map(|k| if k < parts { quantile(k) } else { NEVER }).collect()
+        }
+    };
+    all.extend(&pivots);
+    let mut parts: Vec<Vec<u64>> = vec![Vec::new(); PARTS];
+    for &key in keys {
+        parts[pivots.partition_point(|&pivot| pivot <= key)].push(key);
+    }
+    parts.iter().all(|part| split(part, chunk, rule, levels - 1, all))
+}
+
+/// A pivot that no key reaches.
+const NEVER: u64 = (1 << 40) - 1;

@@ -76,6 +76,10 @@ fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
     let Some(plain) = view(&of) else { return };
     assert!(plain["entries"].as_u64().is_some_and(|entries| entries > 4000), "{plain}");
     agrees(&plain, 0.03);
+    // Where pivots split unevenly, chunks are others and the picture is the same.
+    let Some(sampled) = view(&[&of[..], &["--pivots", "sampled"]].concat()) else { return };
+    assert_eq!(sampled["wrong_tiles"], Value::Array(Vec::new()), "{sampled}");
+    assert!(pair(&sampled, "qsu busy")[1] > pair(&plain, "qsu busy")[1], "{sampled}");
     // Random stalls change no pixel.
     for (stalls, seed) in [("4,0,0", "1"), ("0,5,7", "2"), ("3,3,4", "3")] {
         let stalls = ["--tiles", "12", "--stalls", stalls, "--seed", seed];
