@@ -50,8 +50,9 @@ module core #(
     input  logic [511:0] come_data,
     // Nothing is left to do.
     output logic         idle,
-    // From the lowest: QSUs at work, held up by banks, waiting for a list, for room or for those behind; BSU at work; rendering unit at work, waiting for features, for the sorter, for
-    // room of pixels; a list has chunks to be asked for; a tile is open.
+    // From the lowest: QSUs at work, held up by banks, waiting for a list, for room or for those
+    // behind; BSU at work; rendering unit at work, waiting for features, for the sorter, for room
+    // of pixels; a list has chunks to be asked for; a tile is open.
     output logic [10:0]  counts
 );
     localparam int E = 44;

@@ -182,14 +182,18 @@ module core_lists #(
     assign came = 32'(entries) - 32'd10 * 32'(come_beat) < 32'd10
         ? 4'(32'(entries) - 32'd10 * 32'(come_beat)) : 4'd10;
 
-    // Where in an answer the entry of a bank is, and in which row of the list.
+    // Where in an answer the entry of a bank is: banks behind its first one are in the same row of
+    // the list, those before in the next one.
     logic [15:0] come_first;
     logic [15:0][3:0] come_place;
-    logic [15:0][R-1:0] come_row;
+    logic [15:0] comes_next;
+    logic [R-1:0] this_row, next_row;
     assign come_first = 16'(10 * 32'(come_beat));
+    assign this_row = place_row[R'(come_first >> 4)];
+    assign next_row = place_row[R'((come_first >> 4) + 16'd1)];
     for (genvar b = 0; b < 16; b++) begin : g_come
         assign come_place[b] = 4'(b) - come_first[3:0];
-        assign come_row[b] = R'((32'(come_first) + 32'(come_place[b])) >> 4);
+        assign comes_next[b] = 1'((5'(come_place[b]) + 5'(come_first[3:0])) >> 4);
     end
 
     // Rows that a list needs: its own, and one for each part that is begun.
@@ -278,7 +282,7 @@ module core_lists #(
         for (int b = 0; b < 16; b++) begin
             if (come_valid && come_place[b] < came) begin
                 write[b] = 1'b1;
-                write_row[b] = place_row[come_row[b]];
+                write_row[b] = comes_next[b] ? next_row : this_row;
                 write_data[b] = come_data[48*32'(come_place[b])+:E];
             end
         end

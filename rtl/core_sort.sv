@@ -2,12 +2,12 @@
 // buffer, then merged in pairs of lists, level by level, between two memories of a chunk each.
 //
 // A list without a partner stays where it is, so each row says in which memory it lies: a row that
-// leaves goes to the other memory than the row whose place it takes. The last level writes the order of the chunk: for each entry its place
-// among those that were fetched, and its sub-tiles.
+// leaves goes to the other memory than the row whose place it takes. The last level writes the
+// order of the chunk: for each entry its place among those that were fetched, and its sub-tiles.
 //
-// A chunk of r rows takes a cycle to read the first one, r + 4 for all of them, and for each level four
-// more than the rows that have a partner. Reset: no chunk.
-// `chunk_ready` depends on registers only; the sorter is first at the sorting buffer.
+// A chunk of r rows takes a cycle to read the first one, r + 4 for all of them, and for each level
+// four more than the rows that have a partner. Reset: no chunk. `chunk_ready` depends on registers
+// only; the sorter is first at the sorting buffer.
 module core_sort #(
     // Rows of the sorting buffer.
     parameter int ROWS = 128,

@@ -94,8 +94,8 @@ impl<'a> FrontEnd<'a> {
         CcuWork { gaussian: self.gaussian(i), coefficients: self.coefficients(i) }
     }
 
-    /// What becomes of Gaussian `i`: what leaves for it, its tiles, its colour; `None` where nothing
-    /// of it is seen.
+    /// What becomes of Gaussian `i`: what leaves for it, its tiles, its colour; `None` where
+    /// nothing of it is seen.
     pub(crate) fn converted(&self, i: usize) -> Option<(Converted, Walk, [u16; 3])> {
         let (splat, walk) = self.unit.splat(&self.settings, &self.gaussian(i))?;
         let colour = self.unit.colour(self.degree, &splat.direction, &self.coefficients(i));

@@ -74,8 +74,8 @@ impl Walk {
         }
     }
 
-    /// The mean in the image, in 1/256 pixel, and a, b, c in 2^-16: what u and v in the middle of any
-    /// tile are made of.
+    /// The mean in the image, in 1/256 pixel, and a, b, c in 2^-16: what u and v in the middle of
+    /// any tile are made of.
     pub fn form(&self) -> ([i64; 2], [i64; 3]) {
         (self.mean, self.root)
     }

@@ -186,8 +186,8 @@ impl ChipFrame {
         self.seen.iter().flat_map(Seen::record).collect()
     }
 
-    /// The pivots of each list, in the order of its splits; `None` where a list needs a third split,
-    /// which the core has not.
+    /// The pivots of each list, in the order of its splits; `None` where a list needs a third
+    /// split, which the core has not.
     pub fn pivots(&self, chunk: usize, rule: Pivots) -> Option<Vec<Vec<u64>>> {
         let of = |tile: &ChipTile| {
             let mut keys: Vec<u64> = tile.entries.iter().map(key).collect();
@@ -297,7 +297,7 @@ fn key(listed: &Listed) -> u64 {
 pub enum Pivots {
     /// They cut a list into whole chunks, as the cycle model has it (A23)
     Exact,
-    /// They are quantiles of 64 keys of the list, and parts are a quarter shorter than a chunk (A73)
+    /// They are quantiles of 64 keys of the list, for parts a quarter shorter than a chunk (A73)
     Sampled,
 }
 
