@@ -52,8 +52,8 @@ module core #(
     output logic         idle,
     // From the lowest: QSUs at work, held up by banks, waiting for a list, for room or for those
     // behind; BSU at work; rendering unit at work, waiting for features, for the sorter, for room
-    // of pixels; a list has chunks to be asked for; a tile is open.
-    output logic [10:0]  counts
+    // of pixels.
+    output logic [8:0]   counts
 );
     localparam int E = 44;
     localparam int R = $clog2(ROWS);
@@ -251,7 +251,7 @@ module core #(
     end
     assign idle = lists_ready && !list_valid && !fetch_working && !fetch_holds && feed_idle
         && !open && !draining && pixels_idle && !sort_working;
-    assign counts = {open, fetch_working, is_full, is_sorting, is_fetching,
+    assign counts = {is_full, is_sorting, is_fetching,
         (open || draining || unit_valid) && !starves && !is_full, sort_working,
         qsu_waiting, qsu_reading, qsu_conflict, qsu_working};
 endmodule

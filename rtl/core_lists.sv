@@ -44,7 +44,7 @@ module core_lists #(
     input  logic            pivot_valid,
     output logic            pivot_ready,
     input  logic [39:0]     pivot_key,
-    // A list that is split: its chunks are read by number until `done`.
+    // A list that is split; whoever takes it reads its chunks by number until it takes the next.
     output logic            list_valid,
     input  logic            list_ready,
     output logic [C:0]      list_chunks,

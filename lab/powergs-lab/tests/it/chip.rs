@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
+use powergs_datapath::verilator;
 use powergs_testkit::scene_files::{ply, sample};
-use powergs_testkit::verilator;
 use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 pub struct Bench(PathBuf);
 
 /// The program: what `POWERGS_VERILATOR` says, or one on the path.
-fn verilator() -> Option<PathBuf> {
+pub fn program() -> Option<PathBuf> {
     if let Some(program) = env::var_os("POWERGS_VERILATOR") {
         return Some(program.into());
     }
@@ -23,7 +23,7 @@ fn verilator() -> Option<PathBuf> {
 
 /// Whether there is one; says so, with the name of what is skipped, where there is none.
 pub fn is_there(name: &str) -> bool {
-    let is_there = verilator().is_some();
+    let is_there = program().is_some();
     if !is_there {
         eprintln!("{name}: skipped, no Verilator (set POWERGS_VERILATOR or install it)");
     }
@@ -38,7 +38,7 @@ impl Bench {
     /// # Panics
     /// When it does not compile.
     pub fn build(place: &str, name: &str, parameters: &[(&str, u32)]) -> Option<Bench> {
-        let verilator = if is_there(name) { verilator()? } else { return None };
+        let verilator = program().filter(|_| is_there(name))?;
         let rtl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rtl");
         let rtl = rtl.canonicalize().expect("the folder rtl");
         let values: String =
