@@ -11,6 +11,8 @@ module ccu #(
     parameter int TO_EXP = 5,
     parameter int TO_MAN = 10,
     parameter int OPS = 16,
+    // Splats that may wait for what is fetched of them: their shapes, and their coefficients.
+    parameter int WAITING = 2,
     localparam int W = EXP + MAN + 1,
     localparam int N = TO_EXP + TO_MAN + 1
 ) (
@@ -36,6 +38,15 @@ module ccu #(
     output logic            splat_valid,
     input  logic            splat_ready,
     output logic [5*N-1:0]  splat_data,
+    // The same as whole numbers: mean in 1/256 pixel, two of 24 bits; a, b, c in 2^-16, three of 19.
+    output logic [104:0]    splat_form,
+    // For every shape, in their order: a splat has a tile under its square, and its depth; or it has
+    // none.
+    output logic            seen,
+    output logic [N-1:0]    seen_depth,
+    output logic            dropped,
+    // No splat is on its way through the tiles.
+    output logic            tiles_idle,
     output logic            pair_valid,
     input  logic            pair_ready,
     output logic [7:0]      pair_splat,
@@ -111,7 +122,7 @@ module ccu #(
     assign verdict_valid = cull_valid && (!keeps || place_in_ready);
     assign cull_ready = verdict_ready && (!keeps || place_in_ready);
     fifo #(
-        .WIDTH(4 * W), .DEPTH(2)
+        .WIDTH(4 * W), .DEPTH(WAITING)
     ) places (
         .clk(clk), .rst_n(rst_n), .in_valid(cull_valid && keeps && verdict_ready),
         .in_ready(place_in_ready), .in_data(cull_data[4*W-1:0]), .out_valid(place_valid),
@@ -172,23 +183,27 @@ module ccu #(
     logic direction_ready;
     logic [3*N-1:0] direction_data;
     logic [8*N-1:0] tested_data;
+    logic [104:0] tested_form;
     ccu_tiles #(
         .EXP(EXP), .MAN(MAN), .TO_EXP(TO_EXP), .TO_MAN(TO_MAN)
     ) tiles (
         .clk(clk), .rst_n(rst_n), .tiles_x(tiles_x), .tiles_y(tiles_y),
         .in_valid(projected_valid), .in_ready(projected_ready), .in_data(projected_data),
         .splat_valid(tested_valid), .splat_ready(record_ready && direction_in_ready),
-        .splat_data(tested_data), .pair_valid(pair_valid), .pair_ready(pair_ready),
+        .splat_data(tested_data), .splat_form(tested_form), .dropped(dropped),
+        .idle(tiles_idle), .pair_valid(pair_valid), .pair_ready(pair_ready),
         .pair_splat(pair_splat), .pair_x(pair_x), .pair_y(pair_y), .pair_subtiles(pair_subtiles),
         .pair_u(pair_u), .pair_v(pair_v));
+    assign seen = tested_valid && record_ready && direction_in_ready;
+    assign seen_depth = tested_data[N-1:0];
     fifo #(
-        .WIDTH(5 * N), .DEPTH(2)
+        .WIDTH(105 + 5 * N), .DEPTH(WAITING)
     ) records (
         .clk(clk), .rst_n(rst_n), .in_valid(tested_valid && direction_in_ready),
-        .in_ready(record_ready), .in_data(tested_data[5*N-1:0]), .out_valid(splat_valid),
-        .out_ready(splat_ready), .out_data(splat_data));
+        .in_ready(record_ready), .in_data({tested_form, tested_data[5*N-1:0]}),
+        .out_valid(splat_valid), .out_ready(splat_ready), .out_data({splat_form, splat_data}));
     fifo #(
-        .WIDTH(3 * N), .DEPTH(4)
+        .WIDTH(3 * N), .DEPTH(WAITING + 2)
     ) directions (
         .clk(clk), .rst_n(rst_n), .in_valid(tested_valid && record_ready),
         .in_ready(direction_in_ready), .in_data(tested_data[8*N-1:5*N]),

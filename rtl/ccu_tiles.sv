@@ -28,6 +28,12 @@ module ccu_tiles #(
     input  logic            splat_ready,
     // From the lowest: depth; a, b, c; opacity; direction from the eye.
     output logic [8*N-1:0]  splat_data,
+    // From the lowest: mean in 1/256 pixel, two of 24 bits; a, b, c in 2^-16, three of 19.
+    output logic [104:0]    splat_form,
+    // What was taken in leaves nothing.
+    output logic            dropped,
+    // No splat is set up or walks.
+    output logic            idle,
     output logic            pair_valid,
     input  logic            pair_ready,
     // Which splat, counted in 8 bits.
@@ -245,6 +251,9 @@ module ccu_tiles #(
     assign hand_over = busy && count == 4'd8 && splat_ready && (!walking || (last && advance));
     assign splat_valid = busy && count == 4'd8 && (!walking || (last && advance));
     assign splat_data = record;
+    assign splat_form = {coefficients[4:2], mean_y, mean_x};
+    assign dropped = drop;
+    assign idle = !busy && !walking && !hit;
 
     logic alone;
     logic [8:0] x;

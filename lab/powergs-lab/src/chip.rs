@@ -1,14 +1,15 @@
 //! `chip`: the cores of `rtl/`, cycle by cycle, beside the cycle model, on the same lists.
 
+pub mod assumptions;
 mod bench;
 mod design;
 mod tiles;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use bench::{Bench, COUNTS, ChipRun, Stalls};
+use bench::{Bench, COUNTS, ChipRun, Stalls, Task};
 use design::{CHIP, Design};
 use powergs_core::flow::tile_wise::{
     BinningImpl, FrameReplay, bsu::Bsu, qsu::Qsu, replay, vru::Vru,
@@ -16,12 +17,14 @@ use powergs_core::flow::tile_wise::{
 use powergs_core::kernel::{Unit, UnitCycles};
 use powergs_core::machine::Machine;
 use powergs_core::stage::Stall;
+use powergs_datapath::TILE;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::{is_foveated, open_model};
+use powergs_scene::{Camera, Gaussians};
 use powergs_sim::cli::camera_file::CameraArgs;
 use powergs_sim::cli::scene_file::warn;
 use powergs_sim::cli::{Context, Exit, Failure, inputs, out};
-use tiles::{ChipFrame, Pivots};
+use tiles::{Asked, ChipFrame, Pivots};
 
 /// Shown under `chip --help`.
 pub const EXAMPLES: &str = "\
@@ -45,6 +48,9 @@ pub struct Args {
     arch: Option<PathBuf>,
     #[command(flatten)]
     changes: inputs::SetArgs,
+    /// The whole chip: a front makes the lists from the scene
+    #[arg(long, conflicts_with = "tiles")]
+    front: bool,
     /// Only about N tiles of the view, spread over it
     #[arg(long, value_name = "N")]
     tiles: Option<usize>,
@@ -61,7 +67,7 @@ pub struct Args {
     /// Seed of the stalls
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u32,
-    /// Where compiled benches are kept [default: powergs-chip in the folder of temporary files]
+    /// Where compiled benches are kept [default: target/chip of the checkout]
     #[arg(long, value_name = "DIR")]
     build: Option<PathBuf>,
 }
@@ -82,53 +88,32 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let arch = args.arch.as_ref().map_or(CHIP.into(), |path| path.display().to_string());
     let system = inputs::system(&arch, &args.changes.sets, None)?;
-    let machine = system.machine();
-    let design = Design::of(machine)?;
-    // Lists are there: nobody writes them.
-    let mut alone = machine.clone();
-    alone.tiles_mut().binning.implementation = BinningImpl::Free;
     let model = open_model(&args.scene, args.detail)?;
     warn(&model, context);
     let views = args.cameras.cameras(Some(&args.scene), || SceneBounds::of(&model.gaussians))?;
     views.warn(context);
-    let place = args.build.clone().unwrap_or_else(|| std::env::temp_dir().join("powergs-chip"));
-    let stalls = Stalls { shares: args.stalls.unwrap_or_default(), seed: args.seed };
+    let comparison = Comparison {
+        machine: system.machine(),
+        design: Design::of(system.machine(), args.front)?,
+        tiles: args.tiles,
+        offset: args.offset,
+        pivots: args.pivots,
+        stalls: args.stalls.map(|shares| Stalls { shares, seed: args.seed }),
+        place: args.build.as_deref().unwrap_or(Path::new(BENCHES)),
+    };
     let mut all = Vec::new();
     let mut exit = Exit::Done;
     for camera in &views.cameras {
-        if context.is_cancelled() {
+        let Some(view) = comparison.view(&model.gaussians, camera, context)? else {
             return Ok(Exit::Interrupted);
-        }
-        let frame = ChipFrame::new(&model.gaussians, camera, design.queue, args.tiles, args.offset);
-        if frame.longest() > design.entries {
-            let what = format!(
-                "view {}: a list of {} entries, and room for {} (buffers.sorting.capacity)",
-                camera.name,
-                frame.longest(),
-                design.entries
-            );
-            return Err(Failure::new(Exit::Usage, what));
-        }
-        let Some(pivots) = frame.pivots(design.chunk, args.pivots) else {
-            let what = format!(
-                "view {}: a list needs more than two splits (--pivots exact needs fewer)",
-                camera.name
-            );
-            return Err(Failure::new(Exit::Usage, what));
         };
-        let bench = Bench::build(&design, &place)?;
-        let rtl = bench.run(&frame, &pivots, &design, machine, stalls)?;
-        let wrong = frame.wrong(&rtl.pixels);
-        if !wrong.is_empty() {
+        if !view.wrong.is_empty() {
             exit = Exit::GoalMissed;
         }
-        let workload = frame.workload(machine.tiles().geometry);
-        let ours = replay(&workload, &alone);
-        let rows = rows(&ours, &rtl, machine);
         if context.global.json {
-            all.push(told(&camera.name, &frame, &rows, &wrong));
+            all.push(view.json());
         } else {
-            shown(&camera.name, &frame, &rows, &wrong, args.stalls.is_some())?;
+            out::text(&view.text())?;
         }
     }
     if context.global.json {
@@ -137,11 +122,150 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
+/// Both sides, and what they are given.
+struct Comparison<'a> {
+    machine: &'a Machine,
+    design: Design,
+    tiles: Option<usize>,
+    offset: usize,
+    pivots: Pivots,
+    /// Random stalls, which have no cycles to be compared.
+    stalls: Option<Stalls>,
+    /// Where compiled benches are kept.
+    place: &'a Path,
+}
+
+impl Comparison<'_> {
+    /// A view on both sides; `None` when interrupted.
+    fn view(
+        &self,
+        scene: &Gaussians,
+        camera: &Camera,
+        context: &Context,
+    ) -> Result<Option<ComparedView>, Failure> {
+        let Comparison { machine, ref design, .. } = *self;
+        if context.is_cancelled() {
+            return Ok(None);
+        }
+        let refuse =
+            |what: String| Err(Failure::new(Exit::Usage, format!("view {}: {what}", camera.name)));
+        if let Err(what) = fits(camera, design.front) {
+            return refuse(what);
+        }
+        let frame = ChipFrame::new(
+            scene,
+            camera,
+            &Asked {
+                queue: design.queue,
+                most: self.tiles,
+                offset: self.offset,
+                front: design.front,
+            },
+        );
+        if frame.longest() > design.entries {
+            let (longest, entries) = (frame.longest(), design.entries);
+            let key =
+                if design.front { "buffers.sorting.capacity, binning.block" } else { SORTING };
+            return refuse(format!("a list of {longest} entries, and room for {entries} ({key})"));
+        }
+        let memory = frame.memory(design.region);
+        if memory > MEMORY {
+            return refuse(format!(
+                "{memory} bytes of memory, and the RTL has addresses for {MEMORY}"
+            ));
+        }
+        if let Err(over) = context.global.memory.check(memory) {
+            return refuse(format!("the memory of the chip {over}"));
+        }
+        let Some(pivots) = frame.pivots(design.chunk, self.pivots) else {
+            let what = "a list needs more than two splits (--pivots exact needs fewer)";
+            return refuse(what.to_owned());
+        };
+        let workload = frame.workload(machine.tiles().geometry);
+        let mut own = machine.clone();
+        if !design.front {
+            // Lists are there: nobody writes them.
+            own.tiles_mut().binning.implementation = BinningImpl::Free;
+        }
+        let ours = replay(&workload, &own);
+        let Some(bench) = Bench::build(design, self.place, context)? else { return Ok(None) };
+        let task = Task {
+            frame: &frame,
+            pivots: &pivots,
+            design,
+            machine,
+            stalls: self.stalls.unwrap_or_default(),
+            expected: ours.timing.frame,
+        };
+        let Some(rtl) = bench.run(&task, context)? else { return Ok(None) };
+        Ok(Some(ComparedView {
+            name: camera.name.clone(),
+            tiles: frame.tiles.len(),
+            entries: frame.entries(),
+            needed: frame.needed(),
+            wrong: frame
+                .wrong(&rtl.pixels)
+                .into_iter()
+                .map(|tile| frame.tiles[tile].place)
+                .collect(),
+            rows: match self.stalls {
+                Some(_) => Vec::new(),
+                None => rows(&ours, &rtl, machine),
+            },
+        }))
+    }
+}
+
+/// Where compiled benches are kept.
+const BENCHES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/chip");
+/// Bytes that the RTL has addresses for.
+const MEMORY: u64 = u32::MAX as u64;
+/// Most columns and rows of tiles.
+const SIDE: u32 = 511;
+/// Tiles that a front has pointers for.
+const POINTERS: u32 = 4096;
+/// What the length of a list depends on.
+const SORTING: &str = "buffers.sorting.capacity";
+
+/// Whether the RTL can count the tiles of a view; why not.
+fn fits(camera: &Camera, front: bool) -> Result<(), String> {
+    let grid = [camera.width, camera.height].map(|length| length.div_ceil(TILE));
+    let most = if front { POINTERS } else { SIDE * SIDE };
+    if grid.iter().any(|side| *side > SIDE) || grid[0] * grid[1] > most {
+        let [columns, rows] = grid;
+        return Err(format!(
+            "{columns} x {rows} tiles, and the RTL counts {SIDE} a side, {most} in all (--size)"
+        ));
+    }
+    Ok(())
+}
+
+/// A view on both sides.
+#[derive(Debug)]
+struct ComparedView {
+    name: String,
+    tiles: usize,
+    entries: usize,
+    needed: usize,
+    /// Column and row of the tiles whose pixels differ.
+    wrong: Vec<[u32; 2]>,
+    /// Nothing where requests and answers stall at random.
+    rows: Vec<Row>,
+}
+
 /// A number of both sides.
+#[derive(Debug)]
 struct Row {
     name: &'static str,
     model: u64,
     rtl: u64,
+}
+
+impl Row {
+    /// By how much the RTL's is more, in percent of the model's.
+    fn percent(&self) -> Option<f64> {
+        (self.model > 0).then(|| (self.rtl as f64 / self.model as f64 - 1.0) * 100.0)
+    }
 }
 
 fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
@@ -167,8 +291,17 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
     let mut rows = vec![Row {
         name: "tile phase, cycles",
         model: ours.timing.frame - ours.timing.preprocessing_end,
-        rtl: rtl.cycles,
+        rtl: rtl.cycles - rtl.listed,
     }];
+    if rtl.listed > 0 {
+        rows.push(Row { name: "frame, cycles", model: ours.timing.frame, rtl: rtl.cycles });
+        let model = ours.timing.preprocessing_end;
+        rows.push(Row { name: "preprocessing", model, rtl: rtl.listed });
+        let [read, written] = [rtl.bytes[3..6].iter().sum(), rtl.bytes[6]];
+        let ours = &ours.served.stages[0];
+        rows.push(Row { name: "bytes read before", model: ours.read, rtl: read });
+        rows.push(Row { name: "bytes written before", model: ours.write, rtl: written });
+    }
     let counts = COUNTS.iter().zip(model).zip(rtl.counts);
     rows.extend(counts.map(|((name, model), rtl)| Row { name, model, rtl }));
     let [sorting, rendering] = [1, 2].map(|phase| ours.served.stages[phase]);
@@ -183,50 +316,40 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
     rows
 }
 
-fn shown(
-    name: &str,
-    frame: &ChipFrame,
-    rows: &[Row],
-    wrong: &[usize],
-    is_stalled: bool,
-) -> Result<(), Failure> {
-    let (tiles, entries, needed) = (frame.tiles.len(), frame.entries(), frame.needed());
-    let mut text = format!("{name}: {tiles} tiles, {entries} entries, {needed} needed\n");
-    match wrong.len() {
-        0 => text.push_str("pixels: those of the datapath, bit for bit\n"),
-        n => {
-            let first = &frame.tiles[wrong[0]];
-            let ([x, y], entries) = (first.place, first.listed());
-            text.push_str(&format!(
-                "pixels: {n} TILES DIFFER, the first in column {x}, row {y}, of {entries} entries\n"
-            ));
-        }
-    }
-    if is_stalled {
-        text.push_str("cycles are not compared: requests and answers stall at random\n\n");
-        return out::text(&text);
-    }
-    text.push_str(&format!("{:<20} {:>12} {:>12} {:>9}\n", "", "model", "RTL", "RTL is"));
-    for Row { name, model, rtl } in rows {
-        let share = match *model {
-            0 => String::new(),
-            model => format!("{:+.2} %", (*rtl as f64 / model as f64 - 1.0) * 100.0),
+impl ComparedView {
+    fn text(&self) -> String {
+        let ComparedView { name, tiles, entries, needed, wrong, rows } = self;
+        let mut text = format!("{name}: {tiles} tiles, {entries} entries, {needed} needed\n");
+        text += &match wrong.first() {
+            None => "pixels: those of the datapath, bit for bit\n".to_owned(),
+            Some([x, y]) => {
+                let count = wrong.len();
+                format!("pixels: {count} TILES DIFFER, the first in column {x}, row {y}\n")
+            }
         };
-        text.push_str(&format!("{name:<20} {model:>12} {rtl:>12} {share:>9}\n"));
+        if rows.is_empty() {
+            text += "cycles are not compared: requests and answers stall at random\n\n";
+            return text;
+        }
+        text += &format!("{:<20} {:>12} {:>12} {:>9}\n", "", "model", "RTL", "RTL is");
+        for row in rows {
+            let Row { name, model, rtl } = row;
+            let share = row.percent().map_or(String::new(), |percent| format!("{percent:+.2} %"));
+            text += &format!("{name:<20} {model:>12} {rtl:>12} {share:>9}\n");
+        }
+        text + "\n"
     }
-    text.push('\n');
-    out::text(&text)
-}
 
-fn told(name: &str, frame: &ChipFrame, rows: &[Row], wrong: &[usize]) -> Value {
-    let row = |row: &Row| (row.name.to_owned(), json!({ "model": row.model, "rtl": row.rtl }));
-    let rows: Map<String, Value> = rows.iter().map(row).collect();
-    json!({
-        "view": name,
-        "tiles": frame.tiles.len(),
-        "entries": frame.entries(),
-        "needed": frame.needed(),
-        "wrong_tiles": wrong,
-        "rows": rows,
-    })
+    fn json(&self) -> Value {
+        let row = |row: &Row| (row.name.to_owned(), json!({ "model": row.model, "rtl": row.rtl }));
+        let rows: Map<String, Value> = self.rows.iter().map(row).collect();
+        json!({
+            "view": self.name,
+            "tiles": self.tiles,
+            "entries": self.entries,
+            "needed": self.needed,
+            "wrong_tiles": self.wrong,
+            "rows": rows,
+        })
+    }
 }

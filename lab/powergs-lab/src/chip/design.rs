@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 
 use powergs_base::quantity::Bytes;
+use powergs_core::flow::tile_wise::TileWise;
 use powergs_core::machine::Machine;
 use powergs_sim::cli::{Exit, Failure, inputs};
 
 /// The machine file of the core.
 pub const CHIP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/chip.toml");
 
-/// Keys that the core has parameters for, and those that it does not know: of the units in front
-/// of the lists, and of times that only the model is told.
-const FREE: [&str; 16] = [
+/// Keys that the core has parameters for, and those that it does not know: times that only the
+/// model is told.
+const FREE: [&str; 11] = [
     "geometry.chunk",
     "vru.cores",
     "vru.speculation",
@@ -23,44 +24,71 @@ const FREE: [&str; 16] = [
     "buffers.sorting.capacity",
     "buffers.feature.capacity",
     "buffers.pixel-out.capacity",
-    "buffers.gaussian-in.",
-    "buffers.tile-list.",
-    "binning.",
-    "ccu.",
-    "record.projected",
+];
+
+/// The same of a front.
+const FREE_OF_FRONT: [&str; 7] = [
+    "ccu.latency",
+    "ccu.operations",
+    "ccu.operations-per-cycle",
+    "ccu.cull-operations-per-cycle",
+    "ccu.colour-operations-per-cycle",
+    "binning.combining.capacity",
+    "binning.block",
+];
+
+/// Tables of which cores alone know nothing.
+const FREE_OF_CORES: [&str; 5] =
+    ["buffers.gaussian-in.", "buffers.tile-list.", "binning.", "ccu.", "record.projected"];
+
+/// Operators of a front, those of culling, projection and colours, and cycles that a Gaussian holds
+/// each of them: what programs there are in `rtl/ccu_program_pkg.sv`.
+const ENGINES: [([u32; 3], [u32; 3]); 4] = [
+    ([2, 4, 2], [6, 52, 59]),
+    ([2, 8, 4], [6, 26, 30]),
+    ([3, 16, 8], [3, 12, 15]),
+    ([5, 32, 16], [2, 6, 9]),
 ];
 
 /// Entries of a row of the sorting and of the feature buffer.
 const ROW: u64 = 16;
 /// Pixels of a tile.
 const PIXELS: u64 = 256;
+/// The logarithm of the bytes of a list where no front writes any.
+const REGION: u32 = 8;
 /// Chunks in the feature buffer of a core, at most.
 const SLOTS: u32 = 8;
 
-/// Parameters of `cores.sv`.
+/// Parameters of `chip.sv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Design {
     /// Names with values.
     pub parameters: Vec<(&'static str, u32)>,
     /// Entries of a chunk.
     pub chunk: usize,
-    /// Entries that the sorting buffer of a core has room for.
+    /// Entries that a list may have: the sorting buffer of a core has room for them, and so has the
+    /// place where a front writes it.
     pub entries: usize,
     /// Cores.
     pub cores: u32,
+    /// Whether it makes its lists.
+    pub front: bool,
+    /// A front writes lists 2^`region` bytes apart.
+    pub region: u32,
     /// Entries of a sub-tile's queue.
     pub queue: usize,
 }
 
 impl Design {
-    /// The core that is `machine`.
+    /// The core that is `machine`, with a front or without.
     ///
     /// # Errors
     /// A key that the RTL has no other value of, or a value that it cannot have.
-    pub fn of(machine: &Machine) -> Result<Design, Failure> {
+    pub fn of(machine: &Machine, front: bool) -> Result<Design, Failure> {
         let own = inputs::system(CHIP, &[], None)?;
         let (own, theirs) = (keys(own.machine()), keys(machine));
-        let fixed = |key: &&String| !FREE.iter().any(|free| key.starts_with(free));
+        let other: &[&str] = if front { &FREE_OF_FRONT } else { &FREE_OF_CORES };
+        let fixed = |key: &&String| !FREE.iter().chain(other).any(|free| key.starts_with(free));
         for key in own.keys().chain(theirs.keys()).filter(fixed) {
             let (own, theirs) = (own.get(key), theirs.get(key));
             if own != theirs {
@@ -109,11 +137,19 @@ impl Design {
         if !(1..=32).contains(&cores) {
             return Err(refused("vru.cores", &cores, "1 to 32"));
         }
+        let [ops, lines, region] = if front { front_of(tiles)? } else { [16, 2, REGION] };
         // No list is longer than the sorting buffer, and no part is split more than twice.
         let chunks = (4 * rows * ROW as u32).div_ceil(chunk).clamp(8, 64).next_power_of_two();
+        // A list that is split needs a row more for each of its eight parts.
+        let entries = (rows as usize).saturating_sub(8).max(1) * ROW as usize;
+        let listed = if front { (1 << region) / tiles.list_entry() as usize } else { usize::MAX };
         Ok(Design {
             parameters: vec![
                 ("CORES", cores),
+                ("FRONTS", u32::from(front)),
+                ("OPS", ops),
+                ("LINES", lines),
+                ("REGION", region),
                 ("ROWS", rows),
                 ("CHUNK", chunk),
                 ("CHUNKS", chunks),
@@ -124,12 +160,53 @@ impl Design {
                 ("TILES", held),
             ],
             chunk: chunk as usize,
-            // A list that is split needs a row more for each of its eight parts.
-            entries: (rows as usize).saturating_sub(8).max(1) * ROW as usize,
+            entries: entries.min(listed),
+            region,
             cores,
+            front,
             queue: queue as usize,
         })
     }
+}
+
+/// Operators of the projection, lines, and the logarithm of the bytes of a list of the front of
+/// `tiles`.
+fn front_of(tiles: &TileWise) -> Result<[u32; 3], Failure> {
+    let (ccu, o) = (&tiles.ccu, &tiles.ccu.operations);
+    let rates =
+        [ccu.cull_operations_per_cycle, ccu.operations_per_cycle, ccu.colour_operations_per_cycle];
+    let Some((_, intervals)) = ENGINES.iter().find(|(operators, _)| *operators == rates) else {
+        let all: Vec<String> = ENGINES.iter().map(|(rates, _)| format!("{rates:?}")).collect();
+        let key = "ccu: cull-operations-per-cycle, operations-per-cycle and \
+                   colour-operations-per-cycle";
+        let must = format!("there are programs for {}", all.join(", "));
+        return Err(refused(key, &format!("{rates:?}"), &must));
+    };
+    let slots = [0, 1, 2].map(|i| rates[i] * intervals[i]);
+    let told = [o.cull, o.project + o.obb_prepare, o.sh_colour];
+    if told != slots {
+        let must = format!(
+            "cull, project with obb-prepare, and sh-colour take operators times interval: {slots:?}"
+        );
+        return Err(refused("ccu.operations", &format!("{told:?}"), &must));
+    }
+    let combining = &tiles.binning.combining.capacity;
+    let lines = combining.0 / tiles.binning.line.0;
+    if !combining.0.is_multiple_of(tiles.binning.line.0)
+        || !lines.is_power_of_two()
+        || !(2..=4096).contains(&lines)
+    {
+        return Err(refused(
+            "binning.combining.capacity",
+            combining,
+            "2 to 4096 lines, a power of two",
+        ));
+    }
+    let block = &tiles.binning.block;
+    if !block.0.is_power_of_two() || !(1 << 8..=1 << 20).contains(&block.0) {
+        return Err(refused("binning.block", block, "256 B to 1 MiB, a power of two"));
+    }
+    Ok([rates[1], lines as u32, block.0.ilog2()])
 }
 
 fn refused(key: &str, value: &dyn std::fmt::Display, must: &str) -> Failure {

@@ -2,9 +2,12 @@
 //! conversion unit, records, pivots, and what the datapath makes of every tile.
 
 use rayon::prelude::*;
+use serde::Deserialize;
 
 use crate::FrontEnd;
-use powergs_core::workload::{FrameDetail, FrameWorkload, Geometry, Pixels, TileList, TileWork};
+use powergs_core::workload::{
+    FrameDetail, FrameWorkload, Geometry, Pixels, StoragePrefix, TileList, TileWork,
+};
 use powergs_datapath::ccu::Converted;
 use powergs_datapath::ccu::tiles::{Pair, Walk};
 use powergs_datapath::{Entry, NumberFormat, Pixel, Record, TILE, TileRun, Vrc, Vru};
@@ -12,6 +15,11 @@ use powergs_scene::{Camera, Gaussians};
 
 /// Bytes of a record in memory.
 pub const RECORD: usize = 32;
+
+/// Bytes of an entry of a list.
+const ENTRY: u64 = 6;
+/// Bytes of the pixels of a tile.
+pub const TILE_BYTES: u64 = 2048;
 
 /// Pixels of a tile.
 const PIXELS: usize = (TILE * TILE) as usize;
@@ -46,6 +54,19 @@ pub struct ChipTile {
     run: TileRun,
 }
 
+/// What of a view is wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked {
+    /// Entries of a sub-tile's queue.
+    pub queue: usize,
+    /// Only about so many tiles: whole ones, spread over those that have a list.
+    pub most: Option<usize>,
+    /// From the one at this position on.
+    pub offset: usize,
+    /// Whether a front makes the lists.
+    pub front: bool,
+}
+
 /// A view.
 #[derive(Debug, Clone)]
 pub struct ChipFrame {
@@ -55,22 +76,60 @@ pub struct ChipFrame {
     pub tiles: Vec<ChipTile>,
     /// Whether these are all.
     pub is_whole: bool,
-    size: [u32; 2],
+    /// Columns and rows of pixels of the image.
+    pub size: [u32; 2],
+    /// What a front reads.
+    pub scene: SceneNumbers,
     seen: Vec<Seen>,
     /// Indices in the scene of `seen`.
     indices: Vec<u32>,
 }
 
+/// A scene and a view of it as a front reads them; nothing for cores alone.
+#[derive(Debug, Clone, Default)]
+pub struct SceneNumbers {
+    /// How many Gaussians.
+    pub gaussians: u32,
+    /// Degree of their colours.
+    pub degree: u32,
+    /// The view.
+    pub settings: [u32; 18],
+    /// Means of 9 bytes, shapes of 24, coefficients of 96.
+    pub numbers: Vec<u8>,
+    /// For every Gaussian: whether it is kept, candidate tiles of its box tests.
+    tested: Vec<(bool, u64)>,
+}
+
+impl SceneNumbers {
+    fn new(front: &FrontEnd, count: usize) -> SceneNumbers {
+        let settings = &front.settings;
+        let of = |i: usize| {
+            let gaussian = front.gaussian(i);
+            let kept = front.unit.cull(settings, &gaussian.mean).kept;
+            let walk = front.unit.splat(settings, &gaussian).map(|(_, walk)| walk.candidates());
+            (gaussian, front.coefficients(i), (kept, walk.unwrap_or(0)))
+        };
+        let all: Vec<_> = (0..count).into_par_iter().map(of).collect();
+        let wide = |numbers: &[u32]| -> Vec<u8> {
+            numbers.iter().flat_map(|number| number.to_le_bytes()[..3].to_vec()).collect()
+        };
+        let mut numbers: Vec<u8> = all.iter().flat_map(|one| wide(&one.0.mean)).collect();
+        numbers.extend(all.iter().flat_map(|one| wide(&one.0.shape)));
+        numbers.extend(all.iter().flat_map(|one| one.1.map(u16::to_le_bytes)).flatten());
+        SceneNumbers {
+            gaussians: count as u32,
+            degree: front.degree,
+            settings: settings.numbers,
+            numbers,
+            tested: all.iter().map(|one| one.2).collect(),
+        }
+    }
+}
+
 impl ChipFrame {
-    /// The view of `camera`, of which only about `most` tiles are taken where it has more: whole
-    /// ones, spread over those that have a list, from the one at `offset` on.
-    pub fn new(
-        scene: &Gaussians,
-        camera: &Camera,
-        queue: usize,
-        most: Option<usize>,
-        offset: usize,
-    ) -> ChipFrame {
+    /// The view of `camera`.
+    pub fn new(scene: &Gaussians, camera: &Camera, asked: &Asked) -> ChipFrame {
+        let Asked { queue, most, offset, front: is_chip } = *asked;
         let format = NumberFormat::FP16;
         let front = FrontEnd::new(scene, camera, format).expect("FP16 has enough exponent");
         let unit = Vru { vrc: Vrc::new(format).expect("so have pixels"), split: true, queue };
@@ -80,7 +139,7 @@ impl ChipFrame {
                 let (converted, walk, colour) = front.converted(i)?;
                 let pairs = walk.pairs(format);
                 let seen = Seen { converted, walk, colour, pairs };
-                (!seen.pairs.is_empty()).then_some((i as u32, seen))
+                (is_chip || !seen.pairs.is_empty()).then_some((i as u32, seen))
             })
             .collect();
         let (indices, seen): (Vec<u32>, Vec<Seen>) = found.into_iter().unzip();
@@ -114,7 +173,11 @@ impl ChipFrame {
                 ChipTile { place, size, run: unit.tile(&given, size), entries }
             })
             .collect();
-        ChipFrame { grid, is_whole: tiles.len() == all, tiles, size, seen, indices }
+        let scene = match is_chip {
+            true => SceneNumbers::new(&front, scene.len()),
+            false => SceneNumbers::default(),
+        };
+        ChipFrame { grid, is_whole: tiles.len() == all, tiles, size, scene, seen, indices }
     }
 
     /// Entries of the longest list.
@@ -162,8 +225,46 @@ impl ChipFrame {
             pixels: Some(Pixels { splats: Vec::new(), iterated: vec![0; pixels] }),
             ..FrameWorkload::empty(geometry)
         };
-        let made = made.with_lists(lists);
+        let mut made = made.with_lists(lists);
+        self.count(&mut made);
         FrameWorkload { detail: FrameDetail::default(), pixels: None, ..made }
+    }
+
+    /// What the front of the chip does, as the cycle model counts it.
+    fn count(&self, made: &mut FrameWorkload) {
+        let tested = &self.scene.tested;
+        let mut blocks = vec![StoragePrefix::default(); tested.len().div_ceil(32)];
+        for (i, (kept, candidates)) in tested.iter().enumerate() {
+            let own = &mut blocks[i / 32];
+            own.survivors += u32::from(*kept);
+            // A single candidate is taken as it is.
+            if *candidates > 1 {
+                own.prepared += 1;
+                own.tests += *candidates as u32;
+            }
+        }
+        for (index, seen) in self.indices.iter().zip(&self.seen) {
+            if let Some(own) = blocks.get_mut(*index as usize / 32) {
+                own.splats += 1;
+                own.pairs += seen.pairs.len() as u32;
+            }
+        }
+        let mut sum = StoragePrefix::default();
+        for own in &mut blocks {
+            sum.survivors += own.survivors;
+            sum.prepared += own.prepared;
+            sum.tests += own.tests;
+            sum.splats += own.splats;
+            sum.pairs += own.pairs;
+            *own = sum;
+        }
+        made.counters.points = tested.len() as u64;
+        made.counters.survivors = sum.survivors.into();
+        made.counters.tile_pairs = sum.pairs.into();
+        made.counters.intersecting_points = sum.splats.into();
+        made.counters.obb_tests = sum.tests.into();
+        made.counters.obb_prepared = sum.prepared.into();
+        made.storage = blocks;
     }
 
     /// Lists in storage order, one behind the other: addresses and bytes.
@@ -197,6 +298,17 @@ impl ChipFrame {
             split(&keys, chunk, rule, 2, &mut all).then_some(all)
         };
         self.tiles.iter().map(of).collect()
+    }
+
+    /// Bytes of the memory of a bench whose front writes lists 2^`region` bytes apart.
+    pub fn memory(&self, region: u32) -> u64 {
+        let (tiles, gaussians) =
+            (u64::from(self.grid[0]) * u64::from(self.grid[1]), u64::from(self.scene.gaussians));
+        let (lists, records) = match gaussians {
+            0 => (self.entries() as u64 * ENTRY, self.seen.len() as u64),
+            _ => (tiles << region, gaussians),
+        };
+        self.scene.numbers.len() as u64 + lists + records * RECORD as u64 + tiles * TILE_BYTES + 256
     }
 
     /// Which tiles differ in any pixel from what the core wrote: their positions.
@@ -293,8 +405,10 @@ fn key(listed: &Listed) -> u64 {
 }
 
 /// Where pivots come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Pivots {
+    #[default]
     /// They cut a list into whole chunks, as the cycle model has it (A23)
     Exact,
     /// They are quantiles of 64 keys of the list, for parts a quarter shorter than a chunk (A73)

@@ -4,7 +4,9 @@
 //! enters in one cycle at least. The table `operations` says what a step takes: every record is
 //! culled, survivors are projected, box axes are prepared for splats that are tested, and colours
 //! are evaluated for those that `fetch` brings colours for (in proportion to the SH degree of the
-//! scene). A batch takes `ceil(operations / operations-per-cycle)` cycles of arithmetic (A1). Box
+//! scene). A batch takes `ceil(operations / operations-per-cycle)` cycles of arithmetic (A1), or the
+//! longest of those of its engines where culling or colours have one of their own
+//! (`cull-operations-per-cycle`, `colour-operations-per-cycle`; each takes whole batches in turn). Box
 //! tests have units of their own, `intersection_units` a cycle, and a splat holds the entry until
 //! its tests are issued: `max(tested, ceil(tests / intersection_units))` cycles for all of a batch,
 //! since a frame knows how many splats are tested and how many tests there are, but not which splat
@@ -68,12 +70,12 @@ pub const CCU: StageDecl = StageDecl {
             47,
             "One Gaussian taken through cull and the part of projection that the cull needs.",
         )
-        .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()),
+        .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()[0]),
         // 169 projection, 39 bounding box.
         work("project", 208, "One survivor projected to a 2D covariance, with its bounding box.")
-            .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()),
+            .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()[1]),
         work("obb-prepare", 38, "Axes of the oriented box of one splat that needs box tests.")
-            .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()),
+            .a_cycle(|m| m.of_type::<CcuSpec>().gaussians_per_cycle()[1]),
         work("obb-test", 48, "One oriented-box-against-tile test.")
             .a_cycle(|m| f64::from(m.of_type::<CcuSpec>().intersection_units)),
         work("pixel-test", 13, "One α of a Gaussian at a pixel, before it comes into a list.")
@@ -91,7 +93,7 @@ pub const CCU: StageDecl = StageDecl {
         .a_cycle(|m| match m.of_type::<CcuSpec>().fetch {
             Fetch::LazyColour => 0.0,
             Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
-                m.of_type::<CcuSpec>().gaussians_per_cycle()
+                m.of_type::<CcuSpec>().gaussians_per_cycle()[2]
             }
         }),
     ],
@@ -121,7 +123,7 @@ pub const CCU: StageDecl = StageDecl {
     ],
     parts: &[
         part("operations", "Arithmetic of conversion; amount: operations a cycle.", |m| {
-            f64::from(m.of_type::<CcuSpec>().operations_per_cycle)
+            m.of_type::<CcuSpec>().all_operations_per_cycle() as f64
         }),
         part("intersection-units", "Box tests a cycle.", |m| {
             f64::from(m.of_type::<CcuSpec>().intersection_units)
@@ -227,6 +229,8 @@ pub struct Ccu {
     colour_operations: u64,
     /// Operations a cycle.
     rate: Divisor,
+    /// Of the engines for culling and for colours alone, where there are such.
+    own: [Option<Divisor>; 2],
     /// Box tests a cycle.
     tests: Divisor,
     /// Look-ups of tile levels a cycle.
@@ -275,6 +279,8 @@ impl Ccu {
         let tests = Divisor::new(u64::from(spec.intersection_units));
         let per_cycle = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
         let rate = Divisor::new(u64::from(spec.operations_per_cycle));
+        let engine = |rate: u32| (rate > 0).then(|| Divisor::new(u64::from(rate)));
+        let engines = [spec.cull_operations_per_cycle, spec.colour_operations_per_cycle];
         let own = match spec.fetch {
             Fetch::LazyColour => 0,
             Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
@@ -298,6 +304,7 @@ impl Ccu {
             projected,
             colour_operations: own,
             rate,
+            own: engines.map(engine),
             tests,
             levels: per_cycle,
         };
@@ -381,16 +388,31 @@ impl Ccu {
         if batch.pass == Pass::Scatter { 0 } else { self.coloured(batch) }
     }
 
-    /// Operations of a batch without its box tests.
-    fn operations(&self, batch: &Batch) -> u64 {
+    /// Operations of a batch without its box tests: of culling, of projection and boxes, of colours.
+    fn operations(&self, batch: &Batch) -> [u64; 3] {
         let o = &self.spec.operations;
+        let boxes = batch.prepared * u64::from(o.obb_prepare);
         if batch.pass == Pass::Scatter {
-            return batch.prepared * u64::from(o.obb_prepare);
+            return [0, boxes, 0];
         }
-        (batch.records + batch.clusters) * u64::from(o.cull)
-            + batch.survivors * u64::from(o.project)
-            + batch.prepared * u64::from(o.obb_prepare)
-            + self.coloured(batch) * self.colour_operations
+        [
+            (batch.records + batch.clusters) * u64::from(o.cull),
+            batch.survivors * u64::from(o.project) + boxes,
+            self.coloured(batch) * self.colour_operations,
+        ]
+    }
+
+    /// Cycles of the arithmetic of a batch: of the engine that takes the longest.
+    fn arithmetic(&self, batch: &Batch) -> u64 {
+        let [cull, project, colour] = self.operations(batch);
+        let (mut shared, mut longest) = (project, 0);
+        for (operations, own) in [cull, colour].into_iter().zip(self.own) {
+            match own {
+                Some(rate) => longest = longest.max(rate.div_ceil(operations)),
+                None => shared += operations,
+            }
+        }
+        longest.max(self.rate.div_ceil(shared))
     }
 
     /// Bytes of the results of a batch: projected splats, list entries.
@@ -469,8 +491,10 @@ impl Unit for Ccu {
         let untested = if batch.pass == Pass::Scatter { 0 } else { batch.records - tested };
         // A tested splat holds the entry until its tests are issued, any other for a cycle (A21).
         let entry = untested + batch.clusters + tested.max(tests);
-        let arithmetic = self.rate.div_ceil(self.operations(batch));
-        entry.max(arithmetic).max(self.lookups_of(batch) * self.codebook.cycles()).max(1)
+        entry
+            .max(self.arithmetic(batch))
+            .max(self.lookups_of(batch) * self.codebook.cycles())
+            .max(1)
     }
 
     fn bank_stalls(&self, batch: &Batch) -> u64 {

@@ -9,7 +9,7 @@ use crate::flow::steps::TRAINING;
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 26] = [
+pub(super) const OPTIONAL: [Optional; 27] = [
     Optional {
         what: "a feature cache",
         switch: "cache.capacity",
@@ -58,6 +58,13 @@ pub(super) const OPTIONAL: [Optional; 26] = [
         keys: &["ccu.clusters", "ccu.cluster"],
         with: &["ccu.clusters=64"],
         is_there: |m| m.of_type::<CcuSpec>().clusters > 0,
+    },
+    Optional {
+        what: "colours in its conversion units",
+        switch: "ccu.fetch",
+        keys: &["ccu.colour-operations-per-cycle"],
+        with: &["ccu.fetch=visible-colour"],
+        is_there: |m| m.of_type::<CcuSpec>().fetch != Fetch::LazyColour,
     },
     Optional {
         what: "lists that are merged",

@@ -413,6 +413,14 @@ pub struct CcuSpec {
     /// makes in a cycle.
     #[schemars(range(min = 1, max = 1048576), extend("x-unit" = "operations per cycle"))]
     pub operations_per_cycle: u32,
+    /// Arithmetic for culling alone, beside that of the other steps; 0: they share theirs.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "operations per cycle"))]
+    pub cull_operations_per_cycle: u32,
+    /// Arithmetic for colours alone, beside that of the other steps; 0: they share theirs.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "operations per cycle"))]
+    pub colour_operations_per_cycle: u32,
     /// What the steps of a conversion take.
     pub operations: CcuOperations,
     /// Intersection units of one CCU: box tests per cycle.
@@ -467,14 +475,28 @@ pub struct CcuOperations {
 }
 
 impl CcuSpec {
-    /// Gaussians that go through everything that a CCU does with them in a cycle, at most 1: the
-    /// rate of the arithmetic.
-    pub fn gaussians_per_cycle(&self) -> f64 {
+    /// Gaussians a cycle, at most 1, that each engine takes through its steps: that of culling,
+    /// that of projection and boxes, that of colours. Steps that share an engine share its rate.
+    pub fn gaussians_per_cycle(&self) -> [f64; 3] {
         let o = &self.operations;
         let colour = if self.fetch == Fetch::LazyColour { 0 } else { o.sh_colour };
-        let all = [o.cull, o.project, o.obb_prepare, colour];
-        let all: f64 = all.into_iter().map(f64::from).sum();
-        (f64::from(self.operations_per_cycle) / all.max(1.0)).min(1.0)
+        let own = [self.cull_operations_per_cycle, 0, self.colour_operations_per_cycle];
+        let steps = [o.cull, o.project + o.obb_prepare, colour];
+        let shared = steps.iter().zip(own).filter(|(_, own)| *own == 0).map(|(step, _)| step);
+        let shared: u32 = shared.sum();
+        let rate = |operations: u32, per_cycle: u32| {
+            (f64::from(per_cycle) / f64::from(operations.max(1))).min(1.0)
+        };
+        [0, 1, 2].map(|step| match own[step] {
+            0 => rate(shared, self.operations_per_cycle),
+            own => rate(steps[step], own),
+        })
+    }
+
+    /// Operations a cycle of all its engines.
+    pub fn all_operations_per_cycle(&self) -> u64 {
+        let own = [self.cull_operations_per_cycle, self.colour_operations_per_cycle];
+        own.into_iter().map(u64::from).sum::<u64>() + u64::from(self.operations_per_cycle)
     }
 }
 

@@ -249,6 +249,7 @@ fn keys_of_parts_that_are_not_there_are_refused() {
             ("gscore", ""),
             ("gscore", "vru.impl=serial"),
             ("vorion", ""),
+            ("gscore-powergs", ""),
             ("gbu", "cache.eviction=lru"),
             ("vorion", "region.slices=1"),
             ("gcc", ""),

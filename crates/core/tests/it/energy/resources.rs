@@ -42,7 +42,7 @@ const FREE: [(&str, &str); 24] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 19] = [
+const BASE: [&str; 20] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
@@ -52,6 +52,7 @@ const BASE: [&str; 19] = [
     "vru.stop-latency=16",
     "record.colour-extra=2 B",
     "ccu.operations-per-cycle=50",
+    "ccu.cull-operations-per-cycle=50",
     "gating.units=true",
     "schedule.merge-below=64",
     "dram.second-master.rate=1 GB/s",
@@ -215,6 +216,8 @@ fn units_grow_with_what_is_in_them() {
     };
     is("ccu.intersection-units=16", 0, 1.0 + 15.0 * 0.09);
     is("ccu.operations-per-cycle=71", 0, 1.0 - 0.6 * 5.0 / 6.0);
+    is("ccu.cull-operations-per-cycle=71", 0, 1.0 + 0.6 / 6.0);
+    is("ccu.colour-operations-per-cycle=142", 0, 1.0 + 0.6 / 3.0);
     is("ccu.queue=32", 0, 1.0 + 0.04);
     is("ccu.batch=128", 0, 1.0 + 0.04 / 2.0);
     is("gsu.keys-per-cycle=64", 1, 1.0 + 63.0 * 0.7);

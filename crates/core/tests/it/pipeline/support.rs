@@ -106,6 +106,8 @@ fn unlinked() -> Machine {
             ccu: CcuSpec {
                 units: 4,
                 operations_per_cycle: 426,
+                cull_operations_per_cycle: 0,
+                colour_operations_per_cycle: 0,
                 operations: operations(),
                 intersection_units: 1,
                 latency: 128,
@@ -296,6 +298,7 @@ impl Dice {
         let mut machine = gscore();
         // Of its own, so that the rest is what it was before there were merges.
         let mut order = Dice(self.0.clone());
+        let mut engines = Dice(self.0.clone());
         let (subtile, sort_group) = (self.pick(&[4, 8]), self.pick(&[16, 16, 32, 64]));
         machine.tiles_mut().geometry =
             Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
@@ -320,6 +323,8 @@ impl Dice {
         machine.tiles_mut().ccu = CcuSpec {
             units: self.roll(1, 3),
             operations_per_cycle: self.roll(100, 500),
+            cull_operations_per_cycle: engines.pick(&[0, 0, 40]),
+            colour_operations_per_cycle: engines.pick(&[0, 0, 90]),
             operations: operations(),
             intersection_units: self.roll(1, 3),
             latency: self.roll(0, 9),

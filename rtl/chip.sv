@@ -1,0 +1,167 @@
+// A chip: a front that makes lists, and cores that render them; or the cores alone, whose jobs come
+// from outside (FRONTS = 0).
+//
+// Tiles are dealt row by row, when all lists are written, to the first core that is ready, of those
+// in the same cycle to the one of the lowest number. Each core and the front have a port of the
+// memory, the front the last one; fields of ports are 32 bits wide. Pivots come from outside, for
+// each core its own, in the order of its jobs. Reset: as its parts; `go` begins.
+module chip #(
+    parameter int CORES = 1,
+    parameter int FRONTS = 1,
+    parameter int ROWS = 128,
+    parameter int CHUNK = 256,
+    parameter int CHUNKS = 16,
+    parameter int FEATURES = 64,
+    parameter int SLOTS = 8,
+    parameter int AHEAD = 1,
+    parameter int QUEUE = 2,
+    parameter int TILES = 2,
+    parameter int OPS = 16,
+    parameter int LINES = 64,
+    // Bytes of a list, at most: 2^REGION.
+    parameter int REGION = 14,
+    localparam int PORTS = CORES + FRONTS
+) (
+    input  logic                    clk,
+    input  logic                    rst_n,
+    input  logic                    go,
+    // Numbers and places of what lies in memory.
+    input  logic [31:0]             gaussians,
+    input  logic [31:0]             means,
+    input  logic [31:0]             shapes,
+    input  logic [31:0]             coefficients,
+    input  logic [31:0]             features,
+    input  logic [31:0]             lists,
+    input  logic [31:0]             pixels,
+    input  logic [18*24-1:0]        settings,
+    input  logic [8:0]              tiles_x,
+    input  logic [8:0]              tiles_y,
+    input  logic [15:0]             width,
+    input  logic [15:0]             height,
+    input  logic [1:0]              degree,
+    // Jobs from outside: address and entries of a list; column, row, width and height of a tile.
+    input  logic                    job_valid,
+    input  logic [31:0]             job_address,
+    input  logic [15:0]             job_entries,
+    input  logic [27:0]             job_tile,
+    // Which core takes a job.
+    output logic [31:0]             taken,
+    input  logic [31:0]             pivot_valid,
+    output logic [31:0]             pivot_ready,
+    input  logic [CORES-1:0][63:0]  pivot_key,
+    output logic [31:0]             ask_valid,
+    input  logic [31:0]             ask_ready,
+    output logic [31:0]             ask_write,
+    output logic [PORTS-1:0][31:0]  ask_address,
+    output logic [PORTS-1:0][31:0]  ask_bytes,
+    output logic [PORTS-1:0][31:0]  ask_tag,
+    output logic [PORTS-1:0][511:0] ask_data,
+    input  logic [31:0]             come_valid,
+    output logic [31:0]             come_ready,
+    input  logic [PORTS-1:0][31:0]  come_tag,
+    input  logic [PORTS-1:0][511:0] come_data,
+    // All lists are written; nothing is left to do.
+    output logic                    is_listed,
+    output logic                    idle,
+    // As those of core.
+    output logic [CORES-1:0][31:0]  counts
+);
+    logic [CORES-1:0] ready, gets, is_idle;
+    logic offers;
+    logic [31:0] address;
+    logic [15:0] entries;
+    logic [27:0] tile;
+    assign taken = 32'(gets);
+
+    for (genvar c = 0; c < CORES; c++) begin : g_core
+        localparam logic [CORES-1:0] BEFORE = CORES'((64'd1 << c) - 64'd1);
+        logic [6:0] bytes;
+        logic [15:0] tag;
+        logic [8:0] count;
+        assign gets[c] = offers && ready[c] && (ready & BEFORE) == '0;
+        assign ask_bytes[c] = 32'(bytes);
+        assign ask_tag[c] = 32'(tag);
+        assign counts[c] = 32'(count);
+        core #(
+            .ROWS(ROWS), .CHUNK(CHUNK), .CHUNKS(CHUNKS), .FEATURES(FEATURES), .SLOTS(SLOTS),
+            .AHEAD(AHEAD), .QUEUE(QUEUE), .TILES(TILES)
+        ) one (
+            .clk(clk), .rst_n(rst_n), .features(features), .pixels(pixels), .tiles_x(tiles_x),
+            .job_valid(gets[c]), .job_ready(ready[c]), .job_address(address),
+            .job_entries(entries), .job_tile(tile),
+            .pivot_valid(pivot_valid[c]), .pivot_ready(pivot_ready[c]),
+            .pivot_key(pivot_key[c][39:0]),
+            .ask_valid(ask_valid[c]), .ask_ready(ask_ready[c]), .ask_write(ask_write[c]),
+            .ask_address(ask_address[c]), .ask_bytes(bytes), .ask_tag(tag),
+            .ask_data(ask_data[c]),
+            .come_valid(come_valid[c]), .come_ready(come_ready[c]), .come_tag(come_tag[c][15:0]),
+            .come_data(come_data[c]), .idle(is_idle[c]), .counts(count));
+    end
+    assign pivot_ready[31:CORES] = '0;
+    assign ask_valid[31:PORTS] = '0;
+    assign ask_write[31:PORTS] = '0;
+    assign come_ready[31:PORTS] = '0;
+
+    if (FRONTS == 0) begin : g_jobs
+        assign offers = job_valid;
+        assign address = job_address;
+        assign entries = job_entries;
+        assign tile = job_tile;
+        assign is_listed = 1'b1;
+        assign idle = &is_idle && !job_valid;
+        logic unused;
+        assign unused = &{1'b0, go, gaussians, means, shapes, coefficients, lists, settings,
+            tiles_y, width, height, degree, ask_ready, come_valid, pivot_valid};
+    end else begin : g_front
+        localparam int T = 12;
+        logic [6:0] bytes;
+        logic [15:0] tag;
+        logic [8:0] x, y;
+        logic [T-1:0] number;
+        logic [REGION-3:0] count;
+        logic is_dealt;
+        assign ask_bytes[CORES] = 32'(bytes);
+        assign ask_tag[CORES] = 32'(tag);
+        front #(
+            .OPS(OPS), .TILES(1 << T), .LINES(LINES), .REGION(REGION)
+        ) one (
+            .clk(clk), .rst_n(rst_n), .go(go), .gaussians(gaussians), .means(means),
+            .shapes(shapes), .coefficients(coefficients), .features(features), .lists(lists),
+            .settings(settings), .tiles_x(tiles_x), .tiles_y(tiles_y), .degree(degree),
+            .ask_valid(ask_valid[CORES]), .ask_ready(ask_ready[CORES]),
+            .ask_write(ask_write[CORES]), .ask_address(ask_address[CORES]), .ask_bytes(bytes),
+            .ask_tag(tag), .ask_data(ask_data[CORES]), .come_valid(come_valid[CORES]),
+            .come_ready(come_ready[CORES]), .come_tag(come_tag[CORES][15:0]),
+            .come_data(come_data[CORES]), .count_tile(number), .count(count), .done(is_listed));
+
+        // The pixels of a tile that are inside of the image.
+        function automatic logic [4:0] inside_of(input logic [15:0] length, input logic [8:0] at);
+            inside_of = length - {3'd0, at, 4'd0} < 16'd16 ? 5'(length - {3'd0, at, 4'd0}) : 5'd16;
+        endfunction
+        assign offers = is_listed && !is_dealt;
+        assign address = lists + (32'(number) << REGION);
+        assign entries = 16'(count);
+        assign tile = {inside_of(height, y), inside_of(width, x), y, x};
+        assign idle = is_dealt && &is_idle;
+        always_ff @(posedge clk) begin
+            if (!rst_n) begin
+                x <= '0;
+                y <= '0;
+                number <= '0;
+                is_dealt <= 1'b0;
+            end else if (gets != '0) begin
+                number <= number + 1'b1;
+                x <= x + 9'd1 == tiles_x ? '0 : x + 9'd1;
+                if (x + 9'd1 == tiles_x) begin
+                    y <= y + 9'd1;
+                    is_dealt <= y + 9'd1 == tiles_y;
+                end
+            end
+        end
+        logic unused;
+        assign unused = &{1'b0, job_valid, job_address, job_entries, job_tile, ask_ready,
+            come_valid, pivot_valid};
+    end
+    logic unused;
+    assign unused = &{1'b0, pivot_key, come_tag};
+endmodule
