@@ -1,9 +1,9 @@
-// A chip: a front that makes lists, and cores that render them; or the cores alone, whose jobs come
-// from outside (FRONTS = 0).
+// A chip: a front of FRONTS converters that makes lists, and cores that render them; or the cores
+// alone, whose jobs come from outside (FRONTS = 0).
 //
 // Tiles are dealt row by row, when all lists are written, to the first core that is ready, of those
-// in the same cycle to the one of the lowest number. Each core and the front have a port of the
-// memory, the front the last one; fields of ports are 32 bits wide. Pivots come from outside, for
+// in the same cycle to the one of the lowest number. Each core and each converter have a port of the
+// memory, converters the last ones; fields of ports are 32 bits wide. Pivots come from outside, for
 // each core its own, in the order of its jobs. Reset: as its parts; `go` begins.
 module chip #(
     parameter int CORES = 1,
@@ -114,25 +114,29 @@ module chip #(
             tiles_y, width, height, degree, ask_ready, come_valid, pivot_valid};
     end else begin : g_front
         localparam int T = 12;
-        logic [6:0] bytes;
-        logic [15:0] tag;
+        logic [FRONTS-1:0][6:0] bytes;
+        logic [FRONTS-1:0][15:0] tag, came;
         logic [8:0] x, y;
         logic [T-1:0] number;
         logic [REGION-3:0] count;
         logic is_dealt;
-        assign ask_bytes[CORES] = 32'(bytes);
-        assign ask_tag[CORES] = 32'(tag);
+        for (genvar u = 0; u < FRONTS; u++) begin : g_port
+            assign ask_bytes[CORES+u] = 32'(bytes[u]);
+            assign ask_tag[CORES+u] = 32'(tag[u]);
+            assign came[u] = come_tag[CORES+u][15:0];
+        end
         front #(
-            .OPS(OPS), .TILES(1 << T), .LINES(LINES), .REGION(REGION)
+            .OPS(OPS), .UNITS(FRONTS), .TILES(1 << T), .LINES(LINES), .REGION(REGION)
         ) one (
             .clk(clk), .rst_n(rst_n), .go(go), .gaussians(gaussians), .means(means),
             .shapes(shapes), .coefficients(coefficients), .features(features), .lists(lists),
             .settings(settings), .tiles_x(tiles_x), .tiles_y(tiles_y), .degree(degree),
-            .ask_valid(ask_valid[CORES]), .ask_ready(ask_ready[CORES]),
-            .ask_write(ask_write[CORES]), .ask_address(ask_address[CORES]), .ask_bytes(bytes),
-            .ask_tag(tag), .ask_data(ask_data[CORES]), .come_valid(come_valid[CORES]),
-            .come_ready(come_ready[CORES]), .come_tag(come_tag[CORES][15:0]),
-            .come_data(come_data[CORES]), .count_tile(number), .count(count), .done(is_listed));
+            .ask_valid(ask_valid[CORES+:FRONTS]), .ask_ready(ask_ready[CORES+:FRONTS]),
+            .ask_write(ask_write[CORES+:FRONTS]), .ask_address(ask_address[CORES+:FRONTS]),
+            .ask_bytes(bytes), .ask_tag(tag), .ask_data(ask_data[CORES+:FRONTS]),
+            .come_valid(come_valid[CORES+:FRONTS]), .come_ready(come_ready[CORES+:FRONTS]),
+            .come_tag(came), .come_data(come_data[CORES+:FRONTS]), .count_tile(number),
+            .count(count), .done(is_listed));
 
         // The pixels of a tile that are inside of the image.
         function automatic logic [4:0] inside_of(input logic [15:0] length, input logic [8:0] at);

@@ -149,7 +149,7 @@ impl Comparison<'_> {
         }
         let refuse =
             |what: String| Err(Failure::new(Exit::Usage, format!("view {}: {what}", camera.name)));
-        if let Err(what) = fits(camera, design.front) {
+        if let Err(what) = fits(camera, design.units > 0) {
             return refuse(what);
         }
         let frame = ChipFrame::new(
@@ -159,13 +159,13 @@ impl Comparison<'_> {
                 queue: design.queue,
                 most: self.tiles,
                 offset: self.offset,
-                front: design.front,
+                units: design.units,
             },
         );
         if frame.longest() > design.entries {
             let (longest, entries) = (frame.longest(), design.entries);
             let key =
-                if design.front { "buffers.sorting.capacity, binning.block" } else { SORTING };
+                if design.units > 0 { "buffers.sorting.capacity, binning.block" } else { SORTING };
             return refuse(format!("a list of {longest} entries, and room for {entries} ({key})"));
         }
         let memory = frame.memory(design.region);
@@ -183,7 +183,7 @@ impl Comparison<'_> {
         };
         let workload = frame.workload(machine.tiles().geometry);
         let mut own = machine.clone();
-        if !design.front {
+        if design.units == 0 {
             // Lists are there: nobody writes them.
             own.tiles_mut().binning.implementation = BinningImpl::Free;
         }

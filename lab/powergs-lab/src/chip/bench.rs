@@ -10,7 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::design::Design;
-use super::tiles::{ChipFrame, RECORD, TILE_BYTES};
+use super::tiles::{ChipFrame, TILE_BYTES};
 use powergs_core::flow::tile_wise::STREAMS;
 use powergs_core::kernel::memory::{Memory, Ranges, Request};
 use powergs_core::kernel::stream::StreamId;
@@ -197,9 +197,7 @@ impl Bench {
         };
         let flags = format!(
             "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={}",
-            design.cores,
-            u8::from(design.front),
-            design.region
+            design.cores, design.units, design.region
         );
         let build = [
             "--cc",
@@ -277,9 +275,8 @@ fn stimulus(task: &Task) -> Vec<u8> {
     words.extend(frame.grid.into_iter().chain(frame.size));
     words.extend([frame.scene.gaussians, frame.scene.degree]);
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
-    // Of a whole chip any Gaussian may become a record.
-    let is_chip = frame.scene.gaussians > 0;
-    words.push(if is_chip { frame.scene.gaussians } else { (records.len() / RECORD) as u32 });
+    let is_chip = task.design.units > 0;
+    words.push(frame.numbers());
     words.extend(frame.scene.settings);
     for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;

@@ -27,7 +27,9 @@ const FREE: [&str; 11] = [
 ];
 
 /// The same of a front.
-const FREE_OF_FRONT: [&str; 7] = [
+const FREE_OF_FRONT: [&str; 9] = [
+    "ccu.units",
+    "buffers.gaussian-in.capacity",
     "ccu.latency",
     "ccu.operations",
     "ccu.operations-per-cycle",
@@ -56,6 +58,10 @@ const ROW: u64 = 16;
 const PIXELS: u64 = 256;
 /// The logarithm of the bytes of a list where no front writes any.
 const REGION: u32 = 8;
+/// Converters of a front, at most.
+const UNITS: u32 = 8;
+/// Bytes of what a converter has asked for: 16 requests of seven means, 32 shapes, 32 colours.
+const INPUT: u64 = 4848;
 /// Chunks in the feature buffer of a core, at most.
 const SLOTS: u32 = 8;
 
@@ -71,8 +77,8 @@ pub struct Design {
     pub entries: usize,
     /// Cores.
     pub cores: u32,
-    /// Whether it makes its lists.
-    pub front: bool,
+    /// Converters of its front, which make its lists; 0: there is none.
+    pub units: u32,
     /// A front writes lists 2^`region` bytes apart.
     pub region: u32,
     /// Entries of a sub-tile's queue.
@@ -140,13 +146,14 @@ impl Design {
         let [ops, lines, region] = if front { front_of(tiles)? } else { [16, 2, REGION] };
         // No list is longer than the sorting buffer, and no part is split more than twice.
         let chunks = (4 * rows * ROW as u32).div_ceil(chunk).clamp(8, 64).next_power_of_two();
+        let units = if front { tiles.ccu.units } else { 0 };
         // A list that is split needs a row more for each of its eight parts.
         let entries = (rows as usize).saturating_sub(8).max(1) * ROW as usize;
         let listed = if front { (1 << region) / tiles.list_entry() as usize } else { usize::MAX };
         Ok(Design {
             parameters: vec![
                 ("CORES", cores),
-                ("FRONTS", u32::from(front)),
+                ("FRONTS", units),
                 ("OPS", ops),
                 ("LINES", lines),
                 ("REGION", region),
@@ -163,7 +170,7 @@ impl Design {
             entries: entries.min(listed),
             region,
             cores,
-            front,
+            units,
             queue: queue as usize,
         })
     }
@@ -189,6 +196,14 @@ fn front_of(tiles: &TileWise) -> Result<[u32; 3], Failure> {
             "cull, project with obb-prepare, and sh-colour take operators times interval: {slots:?}"
         );
         return Err(refused("ccu.operations", &format!("{told:?}"), &must));
+    }
+    if !(1..=UNITS).contains(&ccu.units) {
+        return Err(refused("ccu.units", &ccu.units, &format!("1 to {UNITS}")));
+    }
+    let input = &tiles.buffers.gaussian_in.capacity;
+    if input.0 != INPUT * u64::from(ccu.units) {
+        let must = format!("{INPUT} B for each converter");
+        return Err(refused("buffers.gaussian-in.capacity", input, &must));
     }
     let combining = &tiles.binning.combining.capacity;
     let lines = combining.0 / tiles.binning.line.0;

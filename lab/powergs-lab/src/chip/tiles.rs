@@ -16,6 +16,8 @@ use powergs_scene::{Camera, Gaussians};
 /// Bytes of a record in memory.
 pub const RECORD: usize = 32;
 
+/// Means of a request.
+const MEANS: u32 = 7;
 /// Bytes of an entry of a list.
 const ENTRY: u64 = 6;
 /// Bytes of the pixels of a tile.
@@ -31,6 +33,8 @@ struct Seen {
     walk: Walk,
     colour: [u16; 3],
     pairs: Vec<Pair>,
+    /// What it is called in lists, and where its record is.
+    number: u32,
 }
 
 /// An entry of a list: depth, number of the splat, its pair.
@@ -38,6 +42,7 @@ struct Seen {
 struct Listed {
     depth: u16,
     slot: u32,
+    number: u32,
     pair: Pair,
 }
 
@@ -63,8 +68,8 @@ pub struct Asked {
     pub most: Option<usize>,
     /// From the one at this position on.
     pub offset: usize,
-    /// Whether a front makes the lists.
-    pub front: bool,
+    /// Converters that make the lists; 0: the lists are there.
+    pub units: u32,
 }
 
 /// A view.
@@ -129,7 +134,8 @@ impl SceneNumbers {
 impl ChipFrame {
     /// The view of `camera`.
     pub fn new(scene: &Gaussians, camera: &Camera, asked: &Asked) -> ChipFrame {
-        let Asked { queue, most, offset, front: is_chip } = *asked;
+        let Asked { queue, most, offset, units } = *asked;
+        let is_chip = units > 0;
         let format = NumberFormat::FP16;
         let front = FrontEnd::new(scene, camera, format).expect("FP16 has enough exponent");
         let unit = Vru { vrc: Vrc::new(format).expect("so have pixels"), split: true, queue };
@@ -138,10 +144,12 @@ impl ChipFrame {
             .filter_map(|i| {
                 let (converted, walk, colour) = front.converted(i)?;
                 let pairs = walk.pairs(format);
-                let seen = Seen { converted, walk, colour, pairs };
+                let seen = Seen { converted, walk, colour, pairs, number: 0 };
                 (is_chip || !seen.pairs.is_empty()).then_some((i as u32, seen))
             })
             .collect();
+        let mut found = found;
+        number(&mut found, units.max(1));
         let (indices, seen): (Vec<u32>, Vec<Seen>) = found.into_iter().unzip();
         let size = [camera.width, camera.height];
         let grid = size.map(|length| length.div_ceil(TILE));
@@ -150,7 +158,8 @@ impl ChipFrame {
         for (slot, splat) in (0..).zip(&seen) {
             for &pair in &splat.pairs {
                 let tile = (pair.tile[1] * grid[0] + pair.tile[0]) as usize;
-                lists[tile].push(Listed { depth: splat.converted.depth, slot, pair });
+                let (depth, number) = (splat.converted.depth, splat.number);
+                lists[tile].push(Listed { depth, slot, number, pair });
             }
         }
         let places = lists.into_iter().zip(0u32..);
@@ -300,13 +309,19 @@ impl ChipFrame {
         self.tiles.iter().map(of).collect()
     }
 
+    /// Behind the largest number of a splat.
+    pub fn numbers(&self) -> u32 {
+        self.seen.last().map_or(0, |seen| seen.number + 1)
+    }
+
     /// Bytes of the memory of a bench whose front writes lists 2^`region` bytes apart.
     pub fn memory(&self, region: u32) -> u64 {
         let (tiles, gaussians) =
             (u64::from(self.grid[0]) * u64::from(self.grid[1]), u64::from(self.scene.gaussians));
         let (lists, records) = match gaussians {
             0 => (self.entries() as u64 * ENTRY, self.seen.len() as u64),
-            _ => (tiles << region, gaussians),
+            // Numbers have gaps where converters see more or fewer.
+            _ => (tiles << region, u64::from(self.numbers())),
         };
         self.scene.numbers.len() as u64 + lists + records * RECORD as u64 + tiles * TILE_BYTES + 256
     }
@@ -392,6 +407,18 @@ impl Seen {
     }
 }
 
+/// Numbers splats as `units` converters do, each of which has every so manyth run of means of a
+/// request, and counts what it sees in steps of `units`; sorts them by number.
+fn number(found: &mut [(u32, Seen)], units: u32) {
+    let mut next: Vec<u32> = (0..units).collect();
+    for (index, seen) in found.iter_mut() {
+        let own = &mut next[(*index / MEANS % units) as usize];
+        seen.number = *own;
+        *own += units;
+    }
+    found.sort_unstable_by_key(|(_, seen)| seen.number);
+}
+
 fn entry(seen: &[Seen], listed: &Listed) -> Entry {
     let splat = &seen[listed.slot as usize];
     let Converted { root, opacity, .. } = splat.converted;
@@ -401,7 +428,7 @@ fn entry(seen: &[Seen], listed: &Listed) -> Entry {
 
 /// What a list is sorted by: the number below the depth.
 fn key(listed: &Listed) -> u64 {
-    u64::from(listed.depth) << 24 | u64::from(listed.slot)
+    u64::from(listed.depth) << 24 | u64::from(listed.number)
 }
 
 /// Where pivots come from.
