@@ -176,7 +176,9 @@ fn not_modelled(run: &Run) -> Vec<Json> {
     let effects = &run.facts.machine.left_out;
     let entry = |e: &limits::Effect| {
         let see = (!e.assumption.is_empty()).then_some(e.assumption);
-        json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })
+        let rtl = measured(e)
+            .map(|rtl| json!({ "of": rtl.of, "low_percent": rtl.low, "high_percent": rtl.high }));
+        json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see, "rtl": rtl })
     };
     effects.iter().map(entry).collect()
 }

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::document::{Cell, Column, Table, Text};
 use super::format::{engineering_like, percent};
-use powergs_base::config::assumptions::assumptions;
+use powergs_base::config::assumptions::{RtlError, assumptions, rtl_errors};
 use powergs_base::config::references::references;
 use powergs_base::format::counted;
 use powergs_energy::Component;
@@ -111,10 +111,27 @@ pub fn titled(name: &str) -> String {
     }
 }
 
+/// What `rtl/` says of the assumption behind an effect.
+pub fn measured(effect: &Effect) -> Option<&'static RtlError> {
+    let number = effect.assumption.strip_prefix('A')?.parse().ok()?;
+    rtl_errors().get(&number)
+}
+
+/// Which way the time is wrong, and by how much where that is measured.
+fn way(effect: &Effect) -> String {
+    let bias = effect.bias.name();
+    match measured(effect) {
+        None => bias.to_owned(),
+        Some(RtlError { of, low, high }) => {
+            format!("{bias}; {of} of the RTL: {low:+.1} to {high:+.1} %")
+        }
+    }
+}
+
 /// Effects that a run leaves out.
 pub fn table(effects: &[Effect]) -> Table {
     let columns = ["effect", "simulated time is", "see"].map(Column::text);
-    let row = |e: &Effect| [e.what, e.bias.name(), e.assumption].map(Cell::from);
+    let row = |e: &Effect| [e.what.into(), way(e).into(), Cell::from(e.assumption)];
     Table::new(columns).rows(effects.iter().map(row))
 }
 
@@ -124,7 +141,7 @@ pub fn page() -> String {
     let row = |e: &Effect| {
         let machines = if e.with.is_empty() { Text::from("all") } else { Text::code(e.with) };
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
-        [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]
+        [e.what.into(), way(e).into(), see.into(), Cell::from(machines)]
     };
     format!("{PAGE}{}", Table::new(columns).rows(not_modelled().iter().map(row)).markdown())
 }
@@ -137,7 +154,10 @@ const PAGE: &str = "\
 
 Every report of the `cycle` model ends with this list (`summary.md`, `not_modelled` in `--json`). \
 *Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
-time. The A-numbers are explained in [model-accel.md](model-accel.md), \
+time. Where a percentage stands, the chip of [rtl/](../rtl/README.md) took so much longer (+) or \
+less (-) than the model of the same machine, on the scenes and machines of \
+[chip.md](../evidence/chip.md): an effect of the assembly, of which the one that is named has the \
+largest part. The A-numbers are explained in [model-accel.md](model-accel.md), \
 [model-resident.md](model-resident.md), [model-gpu.md](model-gpu.md), \
 [elsewhere.md](elsewhere.md) and [model.md](model.md). \
 Beside it a report names the assumptions that mattered most in that run: those behind the \

@@ -195,6 +195,18 @@ fn effect() -> Map<String, Json> {
         ("effect", plain("string", "What is left out.")),
         ("bias", json!({"enum": ["optimistic", "pessimistic", "either"], "description": "Bias."})),
         ("assumption", nullable("string", "Where it is explained.")),
+        (
+            "rtl",
+            or_null(object(rtl_error(), "By how much the chip of rtl/ takes longer, of a phase.")),
+        ),
+    ])
+}
+
+fn rtl_error() -> Map<String, Json> {
+    map([
+        ("of", plain("string", "The phase.")),
+        ("low_percent", plain("number", "The least of all runs.")),
+        ("high_percent", plain("number", "The most of all runs.")),
     ])
 }
 

@@ -5,16 +5,19 @@ mod bench;
 mod design;
 mod tiles;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use bench::{Bench, COUNTS, ChipRun, Stalls, Task};
+use bench::{Bench, COUNTS, ChipRun, Stalls, Task, TileEnd};
 use design::{CHIP, Design};
+use powergs_base::picture::Picture;
 use powergs_core::flow::tile_wise::{
-    BinningImpl, FrameReplay, bsu::Bsu, qsu::Qsu, replay, vru::Vru,
+    BinningImpl, FrameContext, FrameReplay, bsu::Bsu, qsu::Qsu, replay_with, vru::Vru,
 };
-use powergs_core::kernel::{Unit, UnitCycles};
+use powergs_core::kernel::timeline::{Observer, Span, State};
+use powergs_core::kernel::{Memo, Unit, UnitCycles};
 use powergs_core::machine::Machine;
 use powergs_core::stage::Stall;
 use powergs_datapath::TILE;
@@ -22,6 +25,8 @@ use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::{is_foveated, open_model};
 use powergs_scene::{Camera, Gaussians};
 use powergs_sim::cli::camera_file::CameraArgs;
+use powergs_sim::cli::output_file::Overwrite;
+use powergs_sim::cli::render::{check_output, targets, write_png};
 use powergs_sim::cli::scene_file::warn;
 use powergs_sim::cli::{Context, Exit, Failure, inputs, out};
 use tiles::{Asked, ChipFrame, Pivots};
@@ -51,6 +56,10 @@ pub struct Args {
     /// The whole chip: a front makes the lists from the scene
     #[arg(long, conflicts_with = "tiles")]
     front: bool,
+    /// One memory port for all, behind an arbiter: a request and an answer a cycle, which the cycle
+    /// model knows nothing of
+    #[arg(long)]
+    one_port: bool,
     /// Only about N tiles of the view, spread over it
     #[arg(long, value_name = "N")]
     tiles: Option<usize>,
@@ -67,6 +76,11 @@ pub struct Args {
     /// Seed of the stalls
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u32,
+    /// Write what the RTL drew: a .png file, or a folder for several views
+    #[arg(long, value_name = "PATH")]
+    picture: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Where compiled benches are kept [default: target/chip of the checkout]
     #[arg(long, value_name = "DIR")]
     build: Option<PathBuf>,
@@ -86,30 +100,40 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("{}: the RTL blends one level", args.scene.display());
         return Err(Failure::new(Exit::Usage, what));
     }
+    args.picture.iter().try_for_each(|path| check_output(path))?;
     let arch = args.arch.as_ref().map_or(CHIP.into(), |path| path.display().to_string());
     let system = inputs::system(&arch, &args.changes.sets, None)?;
     let model = open_model(&args.scene, args.detail)?;
     warn(&model, context);
     let views = args.cameras.cameras(Some(&args.scene), || SceneBounds::of(&model.gaussians))?;
     views.warn(context);
+    let design = Design::of(system.machine(), args.front)?;
     let comparison = Comparison {
         machine: system.machine(),
-        design: Design::of(system.machine(), args.front)?,
+        design: if args.one_port { design.behind_one_port() } else { design },
         tiles: args.tiles,
         offset: args.offset,
         pivots: args.pivots,
         stalls: args.stalls.map(|shares| Stalls { shares, seed: args.seed }),
         place: args.build.as_deref().unwrap_or(Path::new(BENCHES)),
     };
+    let files = args.picture.as_ref().map(|path| targets(path, &views.cameras)).transpose()?;
+    let files = files.unwrap_or_default();
+    files.iter().try_for_each(|file| args.overwrite.check(file))?;
+    if !files.is_empty() && files.len() < views.cameras.len() {
+        let what = format!("--picture: one file, and {} views: name a folder", views.cameras.len());
+        return Err(Failure::new(Exit::Usage, what));
+    }
     let mut all = Vec::new();
     let mut exit = Exit::Done;
-    for camera in &views.cameras {
+    for (i, camera) in views.cameras.iter().enumerate() {
         let Some(view) = comparison.view(&model.gaussians, camera, context)? else {
             return Ok(Exit::Interrupted);
         };
         if !view.wrong.is_empty() {
             exit = Exit::GoalMissed;
         }
+        files.get(i).map_or(Ok(()), |file| write_png(file, &view.picture))?;
         if context.global.json {
             all.push(view.json());
         } else {
@@ -168,7 +192,7 @@ impl Comparison<'_> {
                 if design.units > 0 { "buffers.sorting.capacity, binning.block" } else { SORTING };
             return refuse(format!("a list of {longest} entries, and room for {entries} ({key})"));
         }
-        let memory = frame.memory(design.region);
+        let [.., memory] = frame.layout(design.region);
         if memory > MEMORY {
             return refuse(format!(
                 "{memory} bytes of memory, and the RTL has addresses for {MEMORY}"
@@ -187,7 +211,9 @@ impl Comparison<'_> {
             // Lists are there: nobody writes them.
             own.tiles_mut().binning.implementation = BinningImpl::Free;
         }
-        let ours = replay(&workload, &own);
+        let mut ends = ModelEnds(vec![TileEnd::default(); workload.tiles.len()]);
+        let ours =
+            replay_with(&workload, &own, FrameContext::default(), &Memo::default(), &mut ends);
         let Some(bench) = Bench::build(design, self.place, context)? else { return Ok(None) };
         let task = Task {
             frame: &frame,
@@ -211,6 +237,11 @@ impl Comparison<'_> {
             rows: match self.stalls {
                 Some(_) => Vec::new(),
                 None => rows(&ours, &rtl, machine),
+            },
+            picture: frame.picture(&rtl.pixels),
+            parts: match self.stalls {
+                Some(_) => None,
+                None => parts(&frame, &ends.0, &rtl.ends),
             },
         }))
     }
@@ -251,6 +282,61 @@ struct ComparedView {
     wrong: Vec<[u32; 2]>,
     /// Nothing where requests and answers stall at random.
     rows: Vec<Row>,
+    picture: Picture,
+    /// The first tile at which both sides part.
+    parts: Option<Parting>,
+}
+
+/// A tile that takes longer on one side than on the other by more than [`ALIKE`], or that another
+/// core has.
+#[derive(Debug)]
+struct Parting {
+    place: [u32; 2],
+    /// Cores of the model and of the RTL.
+    cores: [u32; 2],
+    /// Cycles from the end of the tile before, on the same core.
+    cycles: [u64; 2],
+}
+
+/// Cycles, and one in so many cycles of a tile, within which both sides are said to be together.
+const ALIKE: [u64; 2] = [64, 50];
+
+/// When tiles of the cycle model leave the rendering units.
+struct ModelEnds(Vec<TileEnd>);
+
+impl Observer for ModelEnds {
+    fn span(&mut self, span: Span) {
+        if let (State::Busy(tile), true) = (span.state, span.unit == Vru::STAGE) {
+            self.0[tile as usize] = TileEnd { core: span.instance, cycle: span.to };
+        }
+    }
+}
+
+/// Where both sides part, in the order in which tiles are dealt.
+fn parts(frame: &ChipFrame, model: &[TileEnd], rtl: &[TileEnd]) -> Option<Parting> {
+    // The tile before on a core has its largest end before, on either side.
+    let mut before: [BTreeMap<u32, u64>; 2] = Default::default();
+    let mut found = None;
+    for (tile, ours) in frame.tiles.iter().zip(model) {
+        let theirs = rtl[(tile.place[1] * frame.grid[0] + tile.place[0]) as usize];
+        let mut cycles = [0; 2];
+        let mut is_first = false;
+        for ((end, before), cycles) in [ours, &theirs].into_iter().zip(&mut before).zip(&mut cycles)
+        {
+            let last = before.insert(end.core, end.cycle);
+            // The first tile of a core begins with its list.
+            is_first |= last.is_none();
+            *cycles = end.cycle.saturating_sub(last.unwrap_or_default());
+        }
+        let near = cycles[0].abs_diff(cycles[1]) <= ALIKE[0].max(cycles[0] / ALIKE[1]);
+        let is_done = ours.cycle > 0 && theirs.cycle > 0;
+        let alike = ours.core == theirs.core && (near || is_first);
+        if is_done && !alike && found.is_none() {
+            let cores = [ours.core, theirs.core];
+            found = Some(Parting { place: tile.place, cores, cycles });
+        }
+    }
+    found
 }
 
 /// A number of both sides.
@@ -337,6 +423,18 @@ impl ComparedView {
             let share = row.percent().map_or(String::new(), |percent| format!("{percent:+.2} %"));
             text += &format!("{name:<20} {model:>12} {rtl:>12} {share:>9}\n");
         }
+        if let Some(Parting { place: [x, y], cores, cycles }) = self.parts {
+            text += &match cores[0] == cores[1] {
+                true => format!(
+                    "first part at the tile in column {x}, row {y}: {} cycles, {} in RTL\n",
+                    cycles[0], cycles[1]
+                ),
+                false => format!(
+                    "first part at the tile in column {x}, row {y}: on core {}, on {} in RTL\n",
+                    cores[0], cores[1]
+                ),
+            };
+        }
         text + "\n"
     }
 
@@ -350,6 +448,9 @@ impl ComparedView {
             "needed": self.needed,
             "wrong_tiles": self.wrong,
             "rows": rows,
+            "first_part": self.parts.as_ref().map(|Parting { place, cores, cycles }| {
+                json!({ "tile": place, "cores": cores, "cycles": cycles })
+            }),
         })
     }
 }

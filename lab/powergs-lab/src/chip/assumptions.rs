@@ -1,18 +1,22 @@
 //! `assumptions`: the chip on several machines and scenes, and what each assumption of the cycle
 //! model is off by.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use clap::Parser;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::bench::{self, Bench};
 use super::design::{CHIP, Design};
 use super::tiles::Pivots;
-use super::{BENCHES, Comparison, bench};
+use super::{BENCHES, Comparison};
+use powergs_core::machine::Machine;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_scene::camera::orbit::SceneBounds;
@@ -49,6 +53,9 @@ pub struct Args {
     /// Write the page, Markdown
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    /// Write what `docs/limits.md` says of them: arch-configs/rtl.toml
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
 }
@@ -86,6 +93,9 @@ struct MachineRun {
     what: String,
     #[serde(default)]
     front: bool,
+    /// Whether all memory ports are behind one.
+    #[serde(default)]
+    one_port: bool,
     #[serde(default)]
     set: Vec<String>,
     #[serde(default)]
@@ -99,6 +109,8 @@ struct Assumption {
     what: String,
     machine: String,
     row: String,
+    /// The phase of a frame whose time this is about, for the list of limits.
+    phase: Option<String>,
 }
 
 /// Views as on a command line.
@@ -118,7 +130,7 @@ struct OpenScene {
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    args.write.iter().try_for_each(|path| args.overwrite.check(path))?;
+    args.write.iter().chain(&args.limits).try_for_each(|path| args.overwrite.check(path))?;
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("chips.toml");
     let path = args.runs.as_ref().unwrap_or(&own);
     let text = fs::read_to_string(path).or_exit(Exit::Usage, path.display())?;
@@ -133,29 +145,26 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     fs::create_dir_all(&place).or_exit(Exit::Usage, place.display())?;
     let mut found = Vec::new();
     for machine in &runs.machine {
-        let mut views = Vec::new();
-        for (scene, open) in runs.scene.iter().zip(&scenes) {
-            let Some(view) = machine.on(open, &runs, &place, context)? else {
-                return Ok(Exit::Interrupted);
-            };
-            if !context.global.quiet {
-                out::complain(format_args!("{}, {}: done", machine.name, scene.name));
-            }
-            views.push(view);
+        let Some(views) = machine.on_all(&scenes, &runs, &place, context)? else {
+            return Ok(Exit::Interrupted);
+        };
+        if !context.global.quiet {
+            out::complain(format_args!("{}: done", machine.name));
         }
         found.push(views);
     }
     let page = Page { runs: &runs, found: &found };
     if context.global.json {
         let all = runs.machine.iter().map(|machine| machine.name.as_str()).zip(&found);
-        out::json(&all.collect::<std::collections::BTreeMap<_, _>>())?;
+        out::json(&all.collect::<BTreeMap<_, _>>())?;
     }
+    let write = |path: &PathBuf, text: String| {
+        write_atomically(path, |w| w.write_all(text.as_bytes()))
+            .or_exit(Exit::Usage, path.display())
+    };
+    args.limits.iter().try_for_each(|path| write(path, page.limits()))?;
     match &args.write {
-        Some(path) => {
-            let text = page.text();
-            write_atomically(path, |w| w.write_all(text.as_bytes()))
-                .or_exit(Exit::Usage, path.display())?;
-        }
+        Some(path) => write(path, page.text())?,
         None if !context.global.json => out::text(&page.text())?,
         None => {}
     }
@@ -185,21 +194,45 @@ impl SceneRun {
 }
 
 impl MachineRun {
-    /// What is found on a scene, or was found before; `None` when interrupted.
-    fn on(
+    /// What is found on all scenes, at a time; `None` when interrupted.
+    fn on_all(
         &self,
-        scene: &OpenScene,
+        scenes: &[OpenScene],
         runs: &Runs,
         place: &Path,
         context: &Context,
-    ) -> Result<Option<Value>, Failure> {
+    ) -> Result<Option<Vec<Value>>, Failure> {
         let sets = [&runs.base.set[..], &self.set].concat();
         let system = inputs::system(CHIP, &sets, None)?;
-        let machine = system.machine();
-        let design = Design::of(machine, self.front)?;
+        let design = Design::of(system.machine(), self.front)?;
+        let design = if self.one_port { design.behind_one_port() } else { design };
+        if Bench::build(&design, place, context)?.is_none() {
+            return Ok(None);
+        }
+        let run = Run { machine: system.machine(), design: &design, pivots: self.pivots, place };
+        thread::scope(|scope| {
+            let all: Vec<_> =
+                scenes.iter().map(|scene| scope.spawn(|| run.on(scene, context))).collect();
+            all.into_iter().map(|one| one.join().expect("a thread that does not panic")).collect()
+        })
+    }
+}
+
+/// A machine of which there is a bench.
+struct Run<'a> {
+    machine: &'a Machine,
+    design: &'a Design,
+    pivots: Pivots,
+    place: &'a Path,
+}
+
+impl Run<'_> {
+    /// What is found on a scene, or was found before; `None` when interrupted.
+    fn on(&self, scene: &OpenScene, context: &Context) -> Result<Option<Value>, Failure> {
+        let Run { machine, design, pivots, place } = *self;
         let mut hasher = DefaultHasher::new();
         bench::hash(&mut hasher)?;
-        (scene.hash, &design.parameters, machine.to_toml(), self.pivots as u8, MODEL_VERSION)
+        (scene.hash, &design.parameters, machine.to_toml(), pivots as u8, MODEL_VERSION)
             .hash(&mut hasher);
         let file = place.join(format!("view-{:016x}.json", hasher.finish()));
         if let Ok(bytes) = fs::read(&file) {
@@ -207,10 +240,10 @@ impl MachineRun {
         }
         let comparison = Comparison {
             machine,
-            design,
+            design: design.clone(),
             tiles: None,
             offset: 0,
-            pivots: self.pivots,
+            pivots,
             stalls: None,
             place,
         };
@@ -319,6 +352,36 @@ impl Page<'_> {
         text.push('\n');
     }
 
+    /// The percentages of a row of an assumption, scene by scene; `None` where its machine was left
+    /// out.
+    fn errors(&self, own: &Assumption) -> Option<Vec<Option<f64>>> {
+        let m = self.runs.machine.iter().position(|machine| machine.name == own.machine)?;
+        Some((0..self.runs.scene.len()).map(|s| self.percent(m, s, &own.row)).collect())
+    }
+
+    /// For `docs/limits.md`: the least and the most of an assumption's times.
+    fn limits(&self) -> String {
+        let mut all: BTreeMap<&str, (&str, Vec<f64>)> = BTreeMap::new();
+        for own in &self.runs.assumption {
+            let (Some(phase), Some(errors)) = (&own.phase, self.errors(own)) else { continue };
+            for id in &own.ids {
+                let entry = all.entry(id).or_insert((phase, Vec::new()));
+                entry.1.extend(errors.iter().flatten());
+            }
+        }
+        let mut text = String::from(
+            "# By how much the chip of rtl/ takes longer than the cycle model, percent of a phase: \
+             the least\n# and the most of all machines and scenes that measure an assumption.\n\
+             # Written by `powergs-lab assumptions --limits`; see evidence/chip.md.\n",
+        );
+        for (id, (phase, errors)) in all {
+            let low = errors.iter().fold(f64::INFINITY, |low, &error| low.min(error));
+            let high = errors.iter().fold(f64::NEG_INFINITY, |high, &error| high.max(error));
+            let _ = write!(text, "\n[{id}]\nof = \"{phase}\"\nlow = {low:.2}\nhigh = {high:.2}\n");
+        }
+        text
+    }
+
     /// Largest first.
     fn assumptions(&self, text: &mut String) {
         text.push_str("## Assumptions, largest error first\n\n| | what | machine | number |");
@@ -328,12 +391,7 @@ impl Page<'_> {
         text.push('\n');
         let mut rows: Vec<(f64, String)> = Vec::new();
         for own in &self.runs.assumption {
-            let machines = &self.runs.machine;
-            let Some(m) = machines.iter().position(|machine| machine.name == own.machine) else {
-                continue;
-            };
-            let of = |s: usize| self.percent(m, s, &own.row);
-            let all: Vec<Option<f64>> = (0..self.runs.scene.len()).map(of).collect();
+            let Some(all) = self.errors(own) else { continue };
             let most = all.iter().flatten().fold(0.0f64, |most, percent| most.max(percent.abs()));
             let cells: Vec<String> = all.into_iter().map(Self::cell).collect();
             let (ids, cells) = (own.ids.join(", "), cells.join(" | "));

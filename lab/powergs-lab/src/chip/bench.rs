@@ -19,11 +19,13 @@ use powergs_datapath::verilator;
 use powergs_sim::cli::progress::Progress;
 use powergs_sim::cli::{Context, Exit, Failure, OrExit, out};
 
+const PIXELS: StreamId = STREAMS.id("pixels");
+
 /// What requests are for, in the words of the bench.
 const STREAM: [StreamId; 7] = [
     STREAMS.id("lists"),
     STREAMS.id("features"),
-    STREAMS.id("pixels"),
+    PIXELS,
     STREAMS.id("records"),
     STREAMS.id("survivors"),
     STREAMS.id("colours"),
@@ -52,6 +54,15 @@ pub struct Stalls {
     pub seed: u32,
 }
 
+/// When a tile was done, and by whom; cycle 0: never.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TileEnd {
+    /// The core.
+    pub core: u32,
+    /// Cycles from the beginning of the frame.
+    pub cycle: u64,
+}
+
 /// What a run of the RTL comes to.
 #[derive(Debug, Clone)]
 pub struct ChipRun {
@@ -67,6 +78,8 @@ pub struct ChipRun {
     pub requests: u64,
     /// Pixels of all tiles of the image.
     pub pixels: Vec<u8>,
+    /// When they were written.
+    pub ends: Vec<TileEnd>,
 }
 
 /// What a bench runs.
@@ -196,7 +209,7 @@ impl Bench {
             Err(Failure::new(Exit::Internal, format!("Verilator: {text}")))
         };
         let flags = format!(
-            "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={}",
+            "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={} -DONE_PORT={}",
             design.cores, design.units, design.region
         );
         let build = [
@@ -277,6 +290,7 @@ fn stimulus(task: &Task) -> Vec<u8> {
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
     let is_chip = task.design.units > 0;
     words.push(frame.numbers());
+    words.extend(frame.layout(task.design.region).map(|at| at as u32));
     words.extend(frame.scene.settings);
     for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;
@@ -304,6 +318,8 @@ fn serve(
 ) -> std::io::Result<Option<ChipRun>> {
     let Task { frame, machine, .. } = *task;
     let progress = Progress::new(context, task.expected, "cycles");
+    let pixels = frame.layout(task.design.region)[2];
+    let tiles = (frame.grid[0] * frame.grid[1]) as usize;
     let mut told = 0;
     let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
     let mut run = ChipRun {
@@ -312,7 +328,8 @@ fn serve(
         counts: [0; COUNTS.len()],
         bytes: [0; 7],
         requests: 0,
-        pixels: vec![0; (frame.grid[0] * frame.grid[1]) as usize * TILE_BYTES as usize],
+        pixels: vec![0; tiles * TILE_BYTES as usize],
+        ends: vec![TileEnd::default(); tiles],
     };
     // Requests under way whose end is known, by it; those of a device say themselves when they are
     // done.
@@ -329,8 +346,15 @@ fn serve(
         told = cycle.into();
         for _ in 0..word(&mut from)? {
             let [kind, address, bytes] = [(); 3].map(|()| word(&mut from));
-            let (kind, bytes) = (kind? as usize % STREAM.len(), u64::from(bytes?));
-            let pattern = [u64::from(address?), bytes];
+            let (kind, address, bytes) = (kind?, address?, u64::from(bytes?));
+            let (kind, port) = ((kind & 0xff) as usize % STREAM.len(), kind >> 8);
+            let pattern = [u64::from(address), bytes];
+            if STREAM[kind] == PIXELS {
+                let tile = u64::from(address).saturating_sub(pixels) / TILE_BYTES;
+                if let Some(end) = run.ends.get_mut(tile as usize) {
+                    *end = TileEnd { core: port, cycle: u64::from(cycle) + 1 };
+                }
+            }
             let id = run.requests as u32;
             let request = Request { owner: id, stream: STREAM[kind], bytes };
             let arrival = memory.issue(cycle.into(), request, |_| pattern, &mut ());

@@ -81,6 +81,8 @@ pub struct Design {
     pub units: u32,
     /// A front writes lists 2^`region` bytes apart.
     pub region: u32,
+    /// Whether all memory ports are behind one.
+    pub one_port: bool,
     /// Entries of a sub-tile's queue.
     pub queue: usize,
 }
@@ -169,6 +171,7 @@ impl Design {
             chunk: chunk as usize,
             entries: entries.min(listed),
             region,
+            one_port: false,
             cores,
             units,
             queue: queue as usize,
@@ -222,6 +225,15 @@ fn front_of(tiles: &TileWise) -> Result<[u32; 3], Failure> {
         return Err(refused("binning.block", block, "256 B to 1 MiB, a power of two"));
     }
     Ok([rates[1], lines as u32, block.0.ilog2()])
+}
+
+impl Design {
+    /// The same with an arbiter between its memory ports and one.
+    pub fn behind_one_port(mut self) -> Design {
+        self.one_port = true;
+        self.parameters.push(("ONE_PORT", 1));
+        self
+    }
 }
 
 fn refused(key: &str, value: &dyn std::fmt::Display, must: &str) -> Failure {

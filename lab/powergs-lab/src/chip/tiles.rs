@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 
 use crate::FrontEnd;
+use powergs_base::picture::Picture;
 use powergs_core::workload::{
     FrameDetail, FrameWorkload, Geometry, Pixels, StoragePrefix, TileList, TileWork,
 };
@@ -20,6 +21,10 @@ pub const RECORD: usize = 32;
 const MEANS: u32 = 7;
 /// Bytes of an entry of a list.
 const ENTRY: u64 = 6;
+/// Most bytes of a request.
+const REQUEST: u64 = 64;
+/// Bytes of a line of a list.
+const LINE: u64 = 32;
 /// Bytes of the pixels of a tile.
 pub const TILE_BYTES: u64 = 2048;
 
@@ -314,16 +319,36 @@ impl ChipFrame {
         self.seen.last().map_or(0, |seen| seen.number + 1)
     }
 
-    /// Bytes of the memory of a bench whose front writes lists 2^`region` bytes apart.
-    pub fn memory(&self, region: u32) -> u64 {
-        let (tiles, gaussians) =
-            (u64::from(self.grid[0]) * u64::from(self.grid[1]), u64::from(self.scene.gaussians));
-        let (lists, records) = match gaussians {
-            0 => (self.entries() as u64 * ENTRY, self.seen.len() as u64),
-            // Numbers have gaps where converters see more or fewer.
-            _ => (tiles << region, u64::from(self.numbers())),
+    /// Where lists, records and pixels are in the memory of a bench, and its end; lists of a front
+    /// are 2^`region` bytes apart. Reads of a request may go beyond what they are for.
+    pub fn layout(&self, region: u32) -> [u64; 4] {
+        let tiles = u64::from(self.grid[0]) * u64::from(self.grid[1]);
+        let listed = match self.scene.gaussians {
+            0 => (self.entries() as u64 * ENTRY + REQUEST).next_multiple_of(LINE),
+            _ => tiles << region,
         };
-        self.scene.numbers.len() as u64 + lists + records * RECORD as u64 + tiles * TILE_BYTES + 256
+        let lists = (self.scene.numbers.len() as u64 + REQUEST).next_multiple_of(LINE);
+        let records = lists + listed;
+        let pixels = records + u64::from(self.numbers()) * RECORD as u64;
+        [lists, records, pixels, pixels + tiles * TILE_BYTES + REQUEST]
+    }
+
+    /// The picture that was written, before black; tiles that were not asked for are black.
+    pub fn picture(&self, written: &[u8]) -> Picture {
+        let [width, height] = self.size;
+        let mut pixels = vec![[0.0; 3]; (width * height) as usize];
+        for tile in &self.tiles {
+            let at = (tile.place[1] * self.grid[0] + tile.place[0]) as usize * PIXELS * 8;
+            for ((_, _, [x, y]), found) in places().zip(written[at..].chunks_exact(8)) {
+                let [x, y] = [tile.place[0] * TILE + x, tile.place[1] * TILE + y];
+                if x < width && y < height {
+                    let channel = |i: usize| u16::from_le_bytes([found[2 * i], found[2 * i + 1]]);
+                    let colour = [0, 1, 2].map(|i| NumberFormat::FP16.to_f32(channel(i)));
+                    pixels[(y * width + x) as usize] = colour;
+                }
+            }
+        }
+        Picture { width, height, pixels }
     }
 
     /// Which tiles differ in any pixel from what the core wrote: their positions.
@@ -371,19 +396,25 @@ impl ChipTile {
         }
     }
 
-    /// Its pixels in the order in which a core writes them, 16 units in turn; `None` outside of the
-    /// image.
+    /// Its pixels in the order in which a core writes them; `None` outside of the image.
     fn pixels(&self) -> impl Iterator<Item = Option<&Pixel>> {
-        (0..16).flat_map(move |i| {
-            (0..16).map(move |unit| {
-                let (subtile, own) = (unit / 4, unit % 4);
-                let x = 8 * (subtile % 2) + 4 * (own % 2) + i % 4;
-                let y = 8 * (subtile / 2) + 4 * (own / 2) + i / 4;
-                let is_inside = x < self.size[0] && y < self.size[1];
-                is_inside.then(|| &self.run.pixels[(16 * unit + i) as usize])
-            })
+        places().map(|(unit, i, [x, y])| {
+            let is_inside = x < self.size[0] && y < self.size[1];
+            is_inside.then(|| &self.run.pixels[(16 * unit + i) as usize])
         })
     }
+}
+
+/// The pixels of a tile as a core writes them, 16 units in turn: unit, pixel of it, column and row.
+fn places() -> impl Iterator<Item = (u32, u32, [u32; 2])> {
+    (0..16).flat_map(|i| {
+        (0..16).map(move |unit| {
+            let (subtile, own) = (unit / 4, unit % 4);
+            let x = 8 * (subtile % 2) + 4 * (own % 2) + i % 4;
+            let y = 8 * (subtile / 2) + 4 * (own / 2) + i / 4;
+            (unit, i, [x, y])
+        })
+    })
 }
 
 impl Seen {

@@ -88,6 +88,51 @@ fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
     }
 }
 
+/// One core with two converters in front, as narrow as they come.
+const CHIP: [&str; 15] = [
+    "--front",
+    "--set",
+    "ccu.units=2",
+    "--set",
+    "buffers.gaussian-in.capacity=9696B",
+    "--set",
+    "ccu.cull-operations-per-cycle=2",
+    "--set",
+    "ccu.operations-per-cycle=4",
+    "--set",
+    "ccu.colour-operations-per-cycle=2",
+    "--set",
+    "ccu.operations={cull=12,project=208,obb-prepare=0,sh-colour=118}",
+    "--set",
+    "binning.combining.capacity=256B",
+];
+
+/// From the records of a scene to its picture.
+#[test]
+fn a_chip_makes_the_lists_and_the_picture() {
+    let (folder, scene) = scene(3000);
+    let picture = folder.path().join("chip.png");
+    let of = [scene.as_str(), "--orbit", "1", "--size", "128x96"];
+    let of = [&of[..], &ONE, &CHIP].concat();
+    let written = ["--picture", picture.to_str().expect("UTF-8")];
+    let Some(plain) = view(&[&of[..], &written].concat()) else { return };
+    agrees(&plain, 0.03);
+    for name in ["bytes read before", "bytes written before"] {
+        let [model, rtl] = pair(&plain, name);
+        assert_eq!(model, rtl, "{name}: {plain}");
+    }
+    for name in ["frame, cycles", "preprocessing"] {
+        let [model, rtl] = pair(&plain, name).map(|cycles| cycles as f64);
+        assert!((rtl / model - 1.0).abs() <= 0.03, "{name}: {plain}");
+    }
+    assert!(fs::metadata(&picture).expect("a picture").len() > 2000);
+    // Random stalls change no pixel.
+    let Some(view) = view(&[&of[..], &["--stalls", "3,4,5"]].concat()) else { return };
+    assert_eq!(view["wrong_tiles"], Value::Array(Vec::new()), "{view}");
+    // What is there is not replaced.
+    run(&[&of[..], &written].concat()).code(2).stderr(contains("--force"));
+}
+
 /// Twelve subsets of tiles of two trained scenes, and a whole view of each. Minutes:
 /// `RUN_SLOW_TESTS=1`.
 #[test]
@@ -111,8 +156,16 @@ fn a_core_is_as_fast_as_the_model_says_on_trained_scenes() {
             let Some(view) = view(&[&of[..], &some].concat()) else { return };
             agrees(&view, 0.02);
         }
-        let Some(view) = view(&of) else { return };
-        agrees(&view, 0.02);
+        let Some(core) = view(&of) else { return };
+        agrees(&core, 0.02);
+        for (memory, share) in [("dram.model=bandwidth", 0.03), ("dram.model=banked", 0.05)] {
+            let Some(view) = view(&[&of[..], &["--front", "--set", memory]].concat()) else {
+                return;
+            };
+            agrees(&view, share);
+            let [model, rtl] = pair(&view, "frame, cycles").map(|cycles| cycles as f64);
+            assert!((rtl / model - 1.0).abs() <= share, "{view}");
+        }
     }
 }
 
@@ -131,6 +184,22 @@ fn what_the_rtl_cannot_be_is_refused() {
             .code(2)
             .stderr(contains(why));
     }
+    for (setting, why) in [
+        ("ccu.units=9", "ccu.units = 9: 1 to 8"),
+        ("ccu.units=2", "buffers.gaussian-in.capacity = 4848 B: 4848 B for each converter"),
+        ("ccu.operations-per-cycle=12", "there are programs for [2, 4, 2], [2, 8, 4]"),
+        ("ccu.operations.cull=47", "operators times interval: [9, 192, 120]"),
+        ("binning.combining.capacity=96B", "2 to 4096 lines, a power of two"),
+        ("binning.block=3KiB", "256 B to 1 MiB, a power of two"),
+        ("binning.impl=free", "binning.impl = \"free\": the RTL has \"append\" only"),
+    ] {
+        run(&[&scene, "--orbit", "1", "--size", "32x32", "--front", "--set", setting])
+            .code(2)
+            .stderr(contains(why));
+    }
+    run(&[&scene, "--orbit", "1", "--size", "1040x1040", "--front"])
+        .code(2)
+        .stderr(contains("65 x 65 tiles, and the RTL counts 511 a side, 4096 in all"));
     run(&[&scene, "--orbit", "1", "--size", "32x32", "--stalls", "1,9,0"])
         .code(2)
         .stderr(contains("three numbers from 0 to 7"));
