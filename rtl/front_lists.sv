@@ -2,9 +2,9 @@
 // 6 bytes until they are full.
 //
 // The list of tile t lies at `lists` + t 2^REGION. A line belongs to one of the tiles whose numbers
-// are equal in the last bits; an entry of another one first sends away what is in it, as a masked
-// write. `flush` sends away all of them, one a cycle. An entry a cycle at most. Reset: lists and
-// lines empty, which takes a cycle for each tile (`is_clear`).
+// are equal in the last bits; an entry of another one sends away what is in it, as a masked write.
+// `flush` sends away all of them, one a cycle. An entry a cycle at most. Reset: lists and lines
+// empty, which takes a cycle for each tile (`is_clear`).
 module front_lists #(
     parameter int TILES = 4096,
     parameter int LINES = 64,
@@ -112,7 +112,10 @@ module front_lists #(
     assign write_bytes = sent_end - {1'b0, sent_start};
     assign write_data = sent >> {sent_start, 3'd0};
 
-    assign pair_ready = is_clear && !flush && !is_other && (!is_full || write_ready);
+    // A line leaves in the cycle in which the entry of another tile takes its place, but for an entry
+    // that fills its line at once: that sends two.
+    assign pair_ready = is_clear && !flush && (is_other ? !is_full && write_ready
+        : !is_full || write_ready);
     assign counts = pair_valid && pair_ready;
     assign write_line = counts;
     assign line_next = is_full

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value as Json, json};
 
 use super::csv::shown_of;
+use super::limits::measured;
 use super::record_of;
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;

@@ -404,7 +404,7 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
 
 impl ComparedView {
     fn text(&self) -> String {
-        let ComparedView { name, tiles, entries, needed, wrong, rows } = self;
+        let ComparedView { name, tiles, entries, needed, wrong, rows, .. } = self;
         let mut text = format!("{name}: {tiles} tiles, {entries} entries, {needed} needed\n");
         text += &match wrong.first() {
             None => "pixels: those of the datapath, bit for bit\n".to_owned(),
@@ -423,7 +423,7 @@ impl ComparedView {
             let share = row.percent().map_or(String::new(), |percent| format!("{percent:+.2} %"));
             text += &format!("{name:<20} {model:>12} {rtl:>12} {share:>9}\n");
         }
-        if let Some(Parting { place: [x, y], cores, cycles }) = self.parts {
+        if let Some(Parting { place: [x, y], cores, cycles }) = &self.parts {
             text += &match cores[0] == cores[1] {
                 true => format!(
                     "first part at the tile in column {x}, row {y}: {} cycles, {} in RTL\n",

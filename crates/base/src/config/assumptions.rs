@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::embedded::{ASSUMPTIONS, RTL};
 
 /// What an assumption is off by, measured on the chip of `rtl/`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct RtlError {
     /// What is compared: a phase of the frame.
@@ -127,7 +127,10 @@ pub fn rtl_errors() -> &'static BTreeMap<u32, RtlError> {
 }
 
 /// Tables called `A21`, by number.
-fn by_number<T: serde::de::DeserializeOwned>(text: &str, file: &str) -> BTreeMap<u32, T> {
+fn by_number<T: serde::de::DeserializeOwned + JsonSchema + 'static>(
+    text: &str,
+    file: &str,
+) -> BTreeMap<u32, T> {
     let read = super::parse::<BTreeMap<String, T>>(text, &[]);
     let all = read.unwrap_or_else(|e| panic!("{file}: {e}")).value;
     let number = |name: &str| name.strip_prefix('A').and_then(|n| n.parse().ok());

@@ -210,7 +210,10 @@ impl Bench {
         };
         let flags = format!(
             "-std=c++17 -O1 -DCORES={} -DFRONTS={} -DREGION={} -DONE_PORT={}",
-            design.cores, design.units, design.region
+            design.cores,
+            design.units,
+            design.region,
+            u8::from(design.one_port)
         );
         let build = [
             "--cc",
