@@ -1,10 +1,14 @@
 //! What is not modelled, and which assumptions mattered most, in words.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use serde::Deserialize;
 
 use super::document::{Cell, Column, Table, Text};
 use super::format::{engineering_like, percent};
-use powergs_base::config::assumptions::{RtlError, assumptions, rtl_errors};
+use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
 use powergs_base::format::counted;
 use powergs_energy::Component;
@@ -111,10 +115,26 @@ pub fn titled(name: &str) -> String {
     }
 }
 
+/// By how much the chip of `rtl/` takes longer than the model: written by `powergs-lab assumptions`.
+const RTL: &str = include_str!("rtl.toml");
+
+/// What an assumption is off by, measured on the chip of `rtl/`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RtlError {
+    /// The phase of a frame that is compared.
+    pub of: String,
+    /// By how much the RTL takes longer than the model, percent: the least of all runs.
+    pub low: f64,
+    /// The most.
+    pub high: f64,
+}
+
 /// What `rtl/` says of the assumption behind an effect.
 pub fn measured(effect: &Effect) -> Option<&'static RtlError> {
-    let number = effect.assumption.strip_prefix('A')?.parse().ok()?;
-    rtl_errors().get(&number)
+    static ALL: OnceLock<BTreeMap<String, RtlError>> = OnceLock::new();
+    let all = ALL.get_or_init(|| toml::from_str(RTL).unwrap_or_else(|e| panic!("rtl.toml: {e}")));
+    all.get(effect.assumption)
 }
 
 /// Which way the time is wrong, and by how much where that is measured.

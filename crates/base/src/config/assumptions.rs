@@ -6,19 +6,7 @@ use std::sync::OnceLock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::embedded::{ASSUMPTIONS, RTL};
-
-/// What an assumption is off by, measured on the chip of `rtl/`.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct RtlError {
-    /// What is compared: a phase of the frame.
-    pub of: String,
-    /// By how much the RTL takes longer than the model, percent: the least of all runs.
-    pub low: f64,
-    /// The most.
-    pub high: f64,
-}
+use super::embedded::ASSUMPTIONS;
 
 /// One assumption.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -117,25 +105,14 @@ impl KnobFile {
 /// All assumptions by number.
 pub fn assumptions() -> &'static BTreeMap<u32, Assumption> {
     static ALL: OnceLock<BTreeMap<u32, Assumption>> = OnceLock::new();
-    ALL.get_or_init(|| by_number(ASSUMPTIONS, "arch-configs/assumptions.toml"))
-}
-
-/// What assumptions are off by, by number, where `rtl/` has measured it.
-pub fn rtl_errors() -> &'static BTreeMap<u32, RtlError> {
-    static ALL: OnceLock<BTreeMap<u32, RtlError>> = OnceLock::new();
-    ALL.get_or_init(|| by_number(RTL, "arch-configs/rtl.toml"))
-}
-
-/// Tables called `A21`, by number.
-fn by_number<T: serde::de::DeserializeOwned + JsonSchema + 'static>(
-    text: &str,
-    file: &str,
-) -> BTreeMap<u32, T> {
-    let read = super::parse::<BTreeMap<String, T>>(text, &[]);
-    let all = read.unwrap_or_else(|e| panic!("{file}: {e}")).value;
-    let number = |name: &str| name.strip_prefix('A').and_then(|n| n.parse().ok());
-    let place = |(name, own): (String, T)| {
-        (number(&name).unwrap_or_else(|| panic!("{file}: `{name}`")), own)
-    };
-    all.into_iter().map(place).collect()
+    ALL.get_or_init(|| {
+        let read = super::parse::<BTreeMap<String, Assumption>>(ASSUMPTIONS, &[]);
+        let all = read.unwrap_or_else(|e| panic!("arch-configs/assumptions.toml: {e}")).value;
+        let number = |name: &str| name.strip_prefix('A').and_then(|n| n.parse().ok());
+        let place = |(name, a): (String, Assumption)| {
+            let number = number(&name);
+            (number.unwrap_or_else(|| panic!("arch-configs/assumptions.toml: `{name}`")), a)
+        };
+        all.into_iter().map(place).collect()
+    })
 }

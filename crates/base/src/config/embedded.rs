@@ -152,9 +152,6 @@ pub(crate) const REFERENCES: &str = include_str!("../../arch-configs/references.
 /// Every assumption with its knob.
 pub(crate) const ASSUMPTIONS: &str = include_str!("../../arch-configs/assumptions.toml");
 
-/// What assumptions are off by, measured on the chip of `rtl/`.
-pub(crate) const RTL: &str = include_str!("../../arch-configs/rtl.toml");
-
 /// Keys that move nothing under a condition.
 pub const INERT: &str = include_str!("../../arch-configs/inert.toml");
 

@@ -53,7 +53,7 @@ pub struct Args {
     /// Write the page, Markdown
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
-    /// Write what `docs/limits.md` says of them: arch-configs/rtl.toml
+    /// Write what `docs/limits.md` says of them: crates/report/src/rtl.toml
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
     #[command(flatten)]

@@ -6,6 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -243,7 +244,10 @@ impl Bench {
     /// # Errors
     /// A bench that does not end, or does not answer.
     pub fn run(&self, task: &Task, context: &Context) -> Result<Option<ChipRun>, Failure> {
-        let file = self.0.with_file_name(format!("stimulus-{}.bin", std::process::id()));
+        // Several runs of a process, and of others, may be under way.
+        static RUNS: AtomicU32 = AtomicU32::new(0);
+        let (process, run) = (std::process::id(), RUNS.fetch_add(1, Ordering::Relaxed));
+        let file = self.0.with_file_name(format!("stimulus-{process}-{run}.bin"));
         fs::write(&file, stimulus(task)).or_exit(Exit::Internal, file.display())?;
         let run = self.run_on(&file, task, context);
         fs::remove_file(&file).or_exit(Exit::Internal, file.display())?;

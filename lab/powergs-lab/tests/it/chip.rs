@@ -6,6 +6,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use powergs_datapath::verilator;
 use powergs_testkit::scene_files::{ply, sample};
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -203,6 +204,26 @@ fn what_the_rtl_cannot_be_is_refused() {
     run(&[&scene, "--orbit", "1", "--size", "32x32", "--stalls", "1,9,0"])
         .code(2)
         .stderr(contains("three numbers from 0 to 7"));
+}
+
+#[test]
+fn runs_that_are_none_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let runs = folder.path().join("runs.toml");
+    let assumptions = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_powergs-lab"));
+        command.current_dir(folder.path()).arg("assumptions").args(words).assert()
+    };
+    assumptions(&["--scenes", "nowhere"])
+        .code(3)
+        .stderr(contains("nowhere/fox-posed/point_cloud.ply"));
+    fs::write(&runs, "size = \"64x64\"\nscenes = []\n").expect("a file");
+    assumptions(&["runs.toml", "--scenes", "."])
+        .code(2)
+        .stderr(contains("runs.toml").and(contains("unknown field `scenes`")));
+    assumptions(&["runs.toml", "--scenes", ".", "--write", "runs.toml"])
+        .code(2)
+        .stderr(contains("--force"));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use powergs_base::quantity::{Bytes, Nanoseconds};
+use powergs_core::flow::tile_wise::batch::Batch;
 use powergs_core::flow::tile_wise::bsu::Sort;
 use powergs_core::flow::tile_wise::colour::UNITS;
 use powergs_core::flow::tile_wise::layout::Layout;
@@ -93,6 +94,33 @@ fn units_are_busy_for_exactly_their_work() {
             "seed {seed}"
         );
     }
+}
+
+/// A batch takes as long as the slowest of the engines that work on it.
+#[test]
+fn engines_of_a_converter_work_side_by_side() {
+    let batch = Batch { records: 64, survivors: 50, splats: 40, ..Batch::default() };
+    let cycles = |engines: [u32; 3]| {
+        let mut machine = gscore();
+        let ccu = &mut machine.tiles_mut().ccu;
+        ccu.fetch = Fetch::VisibleColour;
+        [
+            ccu.cull_operations_per_cycle,
+            ccu.operations_per_cycle,
+            ccu.colour_operations_per_cycle,
+        ] = engines;
+        let colour = u64::from(ccu.operations.sh_colour);
+        assert_eq!((ccu.operations.cull, ccu.operations.project, colour), (47, 208, 133));
+        ResolvedUnits::new(&machine).ccu.cycles(&batch)
+    };
+    let [cull, project, colour] = [64 * 47, 50 * 208, 40 * 133u64];
+    assert_eq!(cycles([0, 100, 0]), (cull + project + colour).div_ceil(100));
+    assert_eq!(cycles([10, 100, 0]), cull.div_ceil(10));
+    assert_eq!(cycles([40, 100, 0]), (project + colour).div_ceil(100));
+    assert_eq!(cycles([40, 100, 20]), colour.div_ceil(20));
+    assert_eq!(cycles([40, 100, 60]), project.div_ceil(100));
+    // A record a cycle at least.
+    assert_eq!(cycles([4096, 4096, 4096]), 64);
 }
 
 /// Actions without those of dropped chunks.
