@@ -11,6 +11,7 @@ pub mod lpips;
 pub mod scene_files;
 pub mod scenes;
 pub mod traces;
+pub mod verilator;
 
 /// The folder of real data, where it is there.
 pub fn data() -> Option<std::path::PathBuf> {

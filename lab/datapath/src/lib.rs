@@ -8,7 +8,6 @@ mod arithmetic;
 pub mod ccu;
 mod exponential;
 pub mod vectors;
-pub mod verilator;
 mod vrc;
 mod vru;
 

@@ -53,10 +53,10 @@ const CRATES: [Row; 20] = [
         "powergs-lab",
         &[
             "base", "frame", "core", "scene", "raster", "quality", "optimize", "chart", "report",
-            "sim", "datapath", "gates",
+            "sim", "datapath", "gates", "testkit",
         ],
     ),
-    // For tests alone.
+    // For tests, and for benches that the laboratory builds.
     ("testkit", &["base", "frame", "scene", "chart"]),
 ];
 

@@ -7,8 +7,8 @@ use powergs_datapath::vectors::ccu::{
     COLOUR, PAIR, SPLAT, TAKES_COEFFICIENTS, TAKES_MEAN, TAKES_SHAPE, VERDICT,
 };
 use powergs_datapath::vectors::{self, CcuWork, Vectors};
-use powergs_datapath::verilator::Bench;
 use powergs_datapath::{NumberFormat, WideFormat};
+use powergs_testkit::verilator::Bench;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

@@ -8,7 +8,7 @@ mod units;
 mod vrc;
 mod vru;
 
-use powergs_datapath::verilator::Bench;
+use powergs_testkit::verilator::Bench;
 
 /// A test bench of `rtl/`; `None` without Verilator.
 fn bench(name: &str, parameters: &[(&str, u32)]) -> Option<Bench> {

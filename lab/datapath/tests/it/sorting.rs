@@ -1,7 +1,7 @@
 //! The sorting units of `rtl/` against sorting, entry for entry and cycle for cycle.
 
 use powergs_datapath::vectors::{self, Vectors};
-use powergs_datapath::verilator::Bench;
+use powergs_testkit::verilator::Bench;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

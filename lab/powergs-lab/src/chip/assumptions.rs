@@ -18,6 +18,7 @@ use super::tiles::Pivots;
 use super::{BENCHES, Comparison};
 use powergs_core::machine::Machine;
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_core::run::system::System;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::open_model;
@@ -70,6 +71,16 @@ struct Runs {
     base: Base,
     machine: Vec<MachineRun>,
     assumption: Vec<Assumption>,
+    /// What the chip says nothing of.
+    #[serde(default)]
+    not_measured: Vec<NotMeasured>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NotMeasured {
+    ids: Vec<String>,
+    why: String,
 }
 
 #[derive(Debug, Deserialize)]
@@ -111,6 +122,8 @@ struct Assumption {
     row: String,
     /// The phase of a frame whose time this is about, for the list of limits.
     phase: Option<String>,
+    /// What is behind the error, as far as it is known.
+    why: Option<String>,
 }
 
 /// Views as on a command line.
@@ -141,6 +154,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let scenes: Result<Vec<OpenScene>, Failure> =
         runs.scene.iter().map(|scene| scene.open(&args.scenes, &runs.size)).collect();
     let scenes = scenes?;
+    // What cannot be is said before hours of the others.
+    runs.machine.iter().try_for_each(|machine| machine.system(&runs).map(|_| ()))?;
     let place = args.out.clone().unwrap_or_else(|| PathBuf::from(BENCHES));
     fs::create_dir_all(&place).or_exit(Exit::Usage, place.display())?;
     let mut found = Vec::new();
@@ -194,6 +209,13 @@ impl SceneRun {
 }
 
 impl MachineRun {
+    fn system(&self, runs: &Runs) -> Result<(System, Design), Failure> {
+        let sets = [&runs.base.set[..], &self.set].concat();
+        let system = inputs::system(CHIP, &sets, None)?;
+        let design = Design::of(system.machine(), self.front)?;
+        Ok((system, if self.one_port { design.behind_one_port() } else { design }))
+    }
+
     /// What is found on all scenes, at a time; `None` when interrupted.
     fn on_all(
         &self,
@@ -202,10 +224,7 @@ impl MachineRun {
         place: &Path,
         context: &Context,
     ) -> Result<Option<Vec<Value>>, Failure> {
-        let sets = [&runs.base.set[..], &self.set].concat();
-        let system = inputs::system(CHIP, &sets, None)?;
-        let design = Design::of(system.machine(), self.front)?;
-        let design = if self.one_port { design.behind_one_port() } else { design };
+        let (system, design) = self.system(runs)?;
         if Bench::build(&design, place, context)?.is_none() {
             return Ok(None);
         }
@@ -400,5 +419,19 @@ impl Page<'_> {
         }
         rows.sort_by(|a, b| b.0.total_cmp(&a.0));
         rows.iter().for_each(|(_, row)| text.extend([row, "\n"]));
+        let whys = self.runs.assumption.iter().filter_map(|own| Some((own, own.why.as_ref()?)));
+        let mut whys = whys.peekable();
+        if whys.peek().is_some() {
+            text.push_str("\nWhat is behind them:\n\n");
+        }
+        whys.for_each(|(own, why)| {
+            let _ = writeln!(text, "- **{}**, {}: {why}", own.ids.join(", "), own.what);
+        });
+        if !self.runs.not_measured.is_empty() {
+            text.push_str("\n## Not measured\n\n");
+        }
+        for own in &self.runs.not_measured {
+            let _ = writeln!(text, "- **{}**: {}", own.ids.join(", "), own.why);
+        }
     }
 }

@@ -16,9 +16,9 @@ use powergs_core::flow::tile_wise::STREAMS;
 use powergs_core::kernel::memory::{Memory, Ranges, Request};
 use powergs_core::kernel::stream::StreamId;
 use powergs_core::machine::Machine;
-use powergs_datapath::verilator;
 use powergs_sim::cli::progress::Progress;
 use powergs_sim::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_testkit::verilator;
 
 const PIXELS: StreamId = STREAMS.id("pixels");
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use powergs_datapath::verilator;
 use powergs_testkit::scene_files::{ply, sample};
+use powergs_testkit::verilator;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use serde_json::Value;
@@ -90,7 +90,7 @@ fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
 }
 
 /// One core with two converters in front, as narrow as they come.
-const CHIP: [&str; 15] = [
+const CHIP: [&str; 13] = [
     "--front",
     "--set",
     "ccu.units=2",
@@ -104,8 +104,6 @@ const CHIP: [&str; 15] = [
     "ccu.colour-operations-per-cycle=2",
     "--set",
     "ccu.operations={cull=12,project=208,obb-prepare=0,sh-colour=118}",
-    "--set",
-    "binning.combining.capacity=256B",
 ];
 
 /// From the records of a scene to its picture.
@@ -122,9 +120,12 @@ fn a_chip_makes_the_lists_and_the_picture() {
         let [model, rtl] = pair(&plain, name);
         assert_eq!(model, rtl, "{name}: {plain}");
     }
+    // A front first empties its pointers, one a cycle, of which the model knows nothing.
+    let emptied = 4096;
     for name in ["frame, cycles", "preprocessing"] {
-        let [model, rtl] = pair(&plain, name).map(|cycles| cycles as f64);
-        assert!((rtl / model - 1.0).abs() <= 0.03, "{name}: {plain}");
+        let [model, rtl] = pair(&plain, name);
+        let share = (rtl - emptied) as f64 / model as f64 - 1.0;
+        assert!(share.abs() <= 0.03, "{name}: {plain}");
     }
     assert!(fs::metadata(&picture).expect("a picture").len() > 2000);
     // Random stalls change no pixel.
@@ -186,11 +187,10 @@ fn what_the_rtl_cannot_be_is_refused() {
             .stderr(contains(why));
     }
     for (setting, why) in [
-        ("ccu.units=9", "ccu.units = 9: 1 to 8"),
         ("ccu.units=2", "buffers.gaussian-in.capacity = 4848 B: 4848 B for each converter"),
         ("ccu.operations-per-cycle=12", "there are programs for [2, 4, 2], [2, 8, 4]"),
         ("ccu.operations.cull=47", "operators times interval: [9, 192, 120]"),
-        ("binning.combining.capacity=96B", "2 to 4096 lines, a power of two"),
+        ("binning.combining.capacity=3KiB", "2 to 4096 lines, a power of two"),
         ("binning.block=3KiB", "256 B to 1 MiB, a power of two"),
         ("binning.impl=free", "binning.impl = \"free\": the RTL has \"append\" only"),
     ] {

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use powergs_datapath::verilator::Bench;
 use powergs_testkit::scene_files::{ply, sample};
+use powergs_testkit::verilator::Bench;
 use predicates::str::contains;
 use tempfile::TempDir;
 

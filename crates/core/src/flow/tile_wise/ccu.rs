@@ -4,9 +4,9 @@
 //! enters in one cycle at least. The table `operations` says what a step takes: every record is
 //! culled, survivors are projected, box axes are prepared for splats that are tested, and colours
 //! are evaluated for those that `fetch` brings colours for (in proportion to the SH degree of the
-//! scene). A batch takes `ceil(operations / operations-per-cycle)` cycles of arithmetic (A1), or the
-//! longest of those of its engines where culling or colours have one of their own
-//! (`cull-operations-per-cycle`, `colour-operations-per-cycle`; each takes whole batches in turn). Box
+//! scene). A batch takes `ceil(operations / operations-per-cycle)` cycles of arithmetic (A1), or
+//! the longest of those of its engines where culling or colours have one of their own
+//! (`cull-operations-per-cycle`, `colour-operations-per-cycle`; each takes whole batches). Box
 //! tests have units of their own, `intersection_units` a cycle, and a splat holds the entry until
 //! its tests are issued: `max(tested, ceil(tests / intersection_units))` cycles for all of a batch,
 //! since a frame knows how many splats are tested and how many tests there are, but not which splat
@@ -388,7 +388,7 @@ impl Ccu {
         if batch.pass == Pass::Scatter { 0 } else { self.coloured(batch) }
     }
 
-    /// Operations of a batch without its box tests: of culling, of projection and boxes, of colours.
+    /// Operations of a batch without its box tests: of culling, projection and boxes, colours.
     fn operations(&self, batch: &Batch) -> [u64; 3] {
         let o = &self.spec.operations;
         let boxes = batch.prepared * u64::from(o.obb_prepare);
