@@ -81,7 +81,7 @@ module core #(
     logic chunk_drop, chunk_dropped;
     logic [1:0] read_valid, read_ready;
     logic unused;
-    assign unused = &{1'b0, read_ready[0], come_tag[15]};
+    assign unused = &{1'b0, read_ready[0], come_tag};
     logic [1:0][R-1:0] read_row;
     logic [1:0][R-1:0] read_next;
     logic [16*E-1:0] read_data;

@@ -335,13 +335,21 @@ impl Page<'_> {
         percent.map_or("-".to_owned(), |percent| format!("{percent:+.2} %"))
     }
 
-    /// Whether pixels and bytes of all streams are equal.
-    fn is_equal(&self, machine: usize, scene: usize) -> bool {
+    /// What of pixels and bytes is not equal.
+    fn differences(&self, machine: usize, scene: usize) -> String {
         let view = &self.found[machine][scene];
-        let rows = BYTES.iter().map(|row| &view["rows"][row]);
-        let mut bytes = rows.filter(|row| !row.is_null());
-        view["wrong_tiles"].as_array().is_some_and(Vec::is_empty)
-            && bytes.all(|row| row["model"] == row["rtl"])
+        let mut found = Vec::new();
+        if view["wrong_tiles"].as_array().is_none_or(|tiles| !tiles.is_empty()) {
+            found.push("PIXELS".to_owned());
+        }
+        for name in BYTES {
+            let row = &view["rows"][name];
+            if row["model"] != row["rtl"] {
+                let percent = Self::cell(self.percent(machine, scene, name));
+                found.push(format!("{} {percent}", name.trim_start_matches("bytes of ")));
+            }
+        }
+        if found.is_empty() { "equal".to_owned() } else { found.join(", ") }
     }
 
     fn machines(&self, text: &mut String) {
@@ -357,8 +365,7 @@ impl Page<'_> {
                 for (row, _) in SHOWN {
                     let _ = write!(text, " {} |", Self::cell(self.percent(m, s, row)));
                 }
-                let equal = if self.is_equal(m, s) { "equal" } else { "differ" };
-                let _ = writeln!(text, " {equal} |");
+                let _ = writeln!(text, " {} |", self.differences(m, s));
             }
         }
         text.push('\n');
