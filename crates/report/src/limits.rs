@@ -115,7 +115,7 @@ pub fn titled(name: &str) -> String {
     }
 }
 
-/// By how much the chip of `rtl/` takes longer than the model: written by `powergs-lab assumptions`.
+/// By how much the chip of `rtl/` takes longer than the model; `powergs-lab assumptions` wrote it.
 const RTL: &str = include_str!("rtl.toml");
 
 /// What an assumption is off by, measured on the chip of `rtl/`.

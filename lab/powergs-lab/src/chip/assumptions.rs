@@ -315,7 +315,8 @@ impl Page<'_> {
              on the same Gaussians, lists and stops, with the same memory: the first view of {} at \
              {}. A percentage says by how much the RTL has more than the model, of the model's \
              number; the RTL is right about itself, and where both differ, the model is off by as \
-             much. Machines are `lab/powergs-lab/chip.toml` with one core, but for what is said.\n\n",
+             much. Machines are `lab/powergs-lab/chip.toml` with one core, but for what is \
+             said.\n\n",
             names.join(", "),
             self.runs.size
         );
