@@ -107,10 +107,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     warn(&model, context);
     let views = args.cameras.cameras(Some(&args.scene), || SceneBounds::of(&model.gaussians))?;
     views.warn(context);
-    let design = Design::of(system.machine(), args.front)?;
     let comparison = Comparison {
         machine: system.machine(),
-        design: if args.one_port { design.behind_one_port() } else { design },
+        design: Design::of(system.machine(), args.front)?.with_one_port(args.one_port),
         tiles: args.tiles,
         offset: args.offset,
         pivots: args.pivots,
@@ -314,9 +313,8 @@ impl Observer for ModelEnds {
 
 /// Where both sides part, in the order in which tiles are dealt.
 fn parts(frame: &ChipFrame, model: &[TileEnd], rtl: &[TileEnd]) -> Option<Parting> {
-    // The tile before on a core has its largest end before, on either side.
+    // When the tile before was done, by core, on either side.
     let mut before: [BTreeMap<u32, u64>; 2] = Default::default();
-    let mut found = None;
     for (tile, ours) in frame.tiles.iter().zip(model) {
         let theirs = rtl[(tile.place[1] * frame.grid[0] + tile.place[0]) as usize];
         let mut cycles = [0; 2];
@@ -331,12 +329,12 @@ fn parts(frame: &ChipFrame, model: &[TileEnd], rtl: &[TileEnd]) -> Option<Partin
         let near = cycles[0].abs_diff(cycles[1]) <= ALIKE[0].max(cycles[0] / ALIKE[1]);
         let is_done = ours.cycle > 0 && theirs.cycle > 0;
         let alike = ours.core == theirs.core && (near || is_first);
-        if is_done && !alike && found.is_none() {
+        if is_done && !alike {
             let cores = [ours.core, theirs.core];
-            found = Some(Parting { place: tile.place, cores, cycles });
+            return Some(Parting { place: tile.place, cores, cycles });
         }
     }
-    found
+    None
 }
 
 /// A number of both sides.

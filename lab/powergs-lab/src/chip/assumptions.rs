@@ -212,8 +212,8 @@ impl MachineRun {
     fn system(&self, runs: &Runs) -> Result<(System, Design), Failure> {
         let sets = [&runs.base.set[..], &self.set].concat();
         let system = inputs::system(CHIP, &sets, None)?;
-        let design = Design::of(system.machine(), self.front)?;
-        Ok((system, if self.one_port { design.behind_one_port() } else { design }))
+        let design = Design::of(system.machine(), self.front)?.with_one_port(self.one_port);
+        Ok((system, design))
     }
 
     /// What is found on all scenes, at a time; `None` when interrupted.

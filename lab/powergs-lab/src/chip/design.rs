@@ -58,6 +58,8 @@ const ROW: u64 = 16;
 const PIXELS: u64 = 256;
 /// The logarithm of the bytes of a list where no front writes any.
 const REGION: u32 = 8;
+/// Cores, at most: with the converters, fewer than the 32 ports that a chip has wires for.
+const CORES: u32 = 16;
 /// Converters of a front, at most.
 const UNITS: u32 = 8;
 /// Bytes of what a converter has asked for: 16 requests of seven means, 32 shapes, 32 colours.
@@ -88,6 +90,13 @@ pub struct Design {
 }
 
 impl Design {
+    /// The same, with an arbiter between its memory ports and one, if `one_port`.
+    pub fn with_one_port(mut self, one_port: bool) -> Design {
+        self.one_port = one_port;
+        self.parameters.push(("ONE_PORT", u32::from(one_port)));
+        self
+    }
+
     /// The core that is `machine`, with a front or without.
     ///
     /// # Errors
@@ -112,6 +121,10 @@ impl Design {
         let (tiles, chunk) = (machine.tiles(), machine.tiles().geometry.chunk);
         if chunk == 0 || chunk > 256 || !chunk.is_multiple_of(16) {
             return Err(refused("geometry.chunk", &chunk, "a multiple of 16, at most 256"));
+        }
+        let (cores, ahead) = (tiles.vru.cores, tiles.vru.speculation);
+        if !(1..=CORES).contains(&cores) {
+            return Err(refused("vru.cores", &cores, &format!("1 to {CORES}")));
         }
         let share = |key: &str, capacity: Bytes, unit: u64| {
             let all = unit * u64::from(tiles.vru.cores);
@@ -140,10 +153,6 @@ impl Design {
         let queue = tiles.vru.subtile_queue;
         if !(2..=64).contains(&queue) {
             return Err(refused("vru.subtile-queue", &queue, "2 to 64"));
-        }
-        let (cores, ahead) = (tiles.vru.cores, tiles.vru.speculation);
-        if !(1..=32).contains(&cores) {
-            return Err(refused("vru.cores", &cores, "1 to 32"));
         }
         let [ops, lines, region] = if front { front_of(tiles)? } else { [16, 2, REGION] };
         // No list is longer than the sorting buffer, and no part is split more than twice.
@@ -221,19 +230,10 @@ fn front_of(tiles: &TileWise) -> Result<[u32; 3], Failure> {
         ));
     }
     let block = &tiles.binning.block;
-    if !block.0.is_power_of_two() || !(1 << 8..=1 << 20).contains(&block.0) {
-        return Err(refused("binning.block", block, "256 B to 1 MiB, a power of two"));
+    if !block.0.is_power_of_two() || !(1 << 8..=1 << 19).contains(&block.0) {
+        return Err(refused("binning.block", block, "256 B to 512 KiB, a power of two"));
     }
     Ok([rates[1], lines as u32, block.0.ilog2()])
-}
-
-impl Design {
-    /// The same with an arbiter between its memory ports and one.
-    pub fn behind_one_port(mut self) -> Design {
-        self.one_port = true;
-        self.parameters.push(("ONE_PORT", 1));
-        self
-    }
 }
 
 fn refused(key: &str, value: &dyn std::fmt::Display, must: &str) -> Failure {

@@ -180,6 +180,7 @@ fn what_the_rtl_cannot_be_is_refused() {
         ("geometry.chunk=100", "geometry.chunk = 100: a multiple of 16, at most 256"),
         ("buffers.feature.capacity=96KiB", "a power of two for each core"),
         ("buffers.sorting.capacity=49KB", "times 96 B for each core"),
+        ("vru.cores=17", "vru.cores = 17: 1 to 16"),
         ("vru.subtile-queue=1", "vru.subtile-queue = 1: 2 to 64"),
     ] {
         run(&[&scene, "--orbit", "1", "--size", "32x32", "--set", setting])
@@ -191,7 +192,7 @@ fn what_the_rtl_cannot_be_is_refused() {
         ("ccu.operations-per-cycle=12", "there are programs for [2, 4, 2], [2, 8, 4]"),
         ("ccu.operations.cull=47", "operators times interval: [9, 192, 120]"),
         ("binning.combining.capacity=3KiB", "2 to 4096 lines, a power of two"),
-        ("binning.block=3KiB", "256 B to 1 MiB, a power of two"),
+        ("binning.block=3KiB", "256 B to 512 KiB, a power of two"),
         ("binning.impl=free", "binning.impl = \"free\": the RTL has \"append\" only"),
     ] {
         run(&[&scene, "--orbit", "1", "--size", "32x32", "--front", "--set", setting])
