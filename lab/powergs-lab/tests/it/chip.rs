@@ -180,7 +180,6 @@ fn what_the_rtl_cannot_be_is_refused() {
         ("geometry.chunk=100", "geometry.chunk = 100: a multiple of 16, at most 256"),
         ("buffers.feature.capacity=96KiB", "a power of two for each core"),
         ("buffers.sorting.capacity=49KB", "times 96 B for each core"),
-        ("vru.cores=17", "vru.cores = 17: 1 to 16"),
         ("vru.subtile-queue=1", "vru.subtile-queue = 1: 2 to 64"),
     ] {
         run(&[&scene, "--orbit", "1", "--size", "32x32", "--set", setting])
