@@ -37,6 +37,8 @@ module chip #(
     input  logic [31:0]             features,
     input  logic [31:0]             lists,
     input  logic [31:0]             pixels,
+    // 256 KiB for each core.
+    input  logic [31:0]             spill,
     input  logic [18*24-1:0]        settings,
     input  logic [8:0]              tiles_x,
     input  logic [8:0]              tiles_y,
@@ -127,7 +129,8 @@ module chip #(
             .ROWS(ROWS), .CHUNK(CHUNK), .CHUNKS(CHUNKS), .FEATURES(FEATURES), .SLOTS(SLOTS),
             .AHEAD(AHEAD), .QUEUE(QUEUE), .TILES(TILES)
         ) one (
-            .clk(clk), .rst_n(rst_n), .features(features), .pixels(pixels), .tiles_x(tiles_x),
+            .clk(clk), .rst_n(rst_n), .features(features), .pixels(pixels),
+            .spill(spill + (32'(c) << 18)), .tiles_x(tiles_x),
             .job_valid(gets[c]), .job_ready(ready[c]), .job_address(address),
             .job_entries(entries), .job_tile(tile),
             .pivot_valid(pivot_valid[c]), .pivot_ready(pivot_ready[c]),

@@ -8,6 +8,7 @@
 //
 // One memory port: a request a cycle of up to 64 bytes with a tag, and an answer a cycle to each,
 // writes included, in any order. Requests of lists go first, then those of features, then pixels.
+// A list that has no room in the sorting buffer is spilled to 256 KiB at `spill`.
 // Parameters are those of a machine file: the core's shares of the buffers in rows of 16 entries
 // (`buffers.sorting` of 96 bytes a row, `buffers.feature` of 512) and tiles (`buffers.pixel-out` of
 // 2,048 bytes), `geometry.chunk`, `vru.speculation`, `vru.subtile-queue`. Reset: no job, nothing
@@ -27,6 +28,7 @@ module core #(
     // Where records and pixels lie, and columns of tiles of the image.
     input  logic [31:0]  features,
     input  logic [31:0]  pixels,
+    input  logic [31:0]  spill,
     input  logic [8:0]   tiles_x,
     // A tile: address and entries of its list; column, row, width, height inside the image.
     input  logic         job_valid,
@@ -64,16 +66,18 @@ module core #(
     localparam logic [1:0] LIST = 2'd0;
     localparam logic [1:0] FEATURE = 2'd1;
     localparam logic [1:0] PIXEL = 2'd2;
+    localparam logic [1:0] SPILL = 2'd3;
 
     logic lists_ready, tile_ready;
     assign job_ready = lists_ready && tile_ready;
 
-    logic list_ask, list_asks;
+    logic list_ask, list_asks, list_write, list_spill;
+    logic [511:0] list_data, pixel_data;
     logic [31:0] list_address;
     logic [6:0] list_bytes;
     logic [11:0] list_beat;
     logic list_come;
-    logic list_valid, list_ready;
+    logic list_valid, list_ready, list_open, list_over;
     logic [C:0] list_chunks;
     logic [C-1:0] chunk_index;
     logic [R-1:0] chunk_head;
@@ -92,11 +96,13 @@ module core #(
         .clk(clk), .rst_n(rst_n),
         .job_valid(job_valid && tile_ready), .job_ready(lists_ready), .job_address(job_address),
         .job_entries(job_entries),
-        .ask_valid(list_ask), .ask_ready(list_asks), .ask_address(list_address),
-        .ask_bytes(list_bytes), .ask_beat(list_beat),
+        .ask_valid(list_ask), .ask_ready(list_asks), .ask_write(list_write),
+        .ask_spill(list_spill), .ask_address(list_address), .ask_bytes(list_bytes),
+        .ask_beat(list_beat), .ask_data(list_data), .spill(spill),
         .come_valid(list_come), .come_beat(come_tag[13:2]), .come_data(come_data),
         .pivot_valid(pivot_valid), .pivot_ready(pivot_ready), .pivot_key(pivot_key),
         .list_valid(list_valid), .list_ready(list_ready), .list_chunks(list_chunks),
+        .list_open(list_open), .list_over(list_over),
         .chunk_index(chunk_index), .chunk_head(chunk_head), .chunk_entries(chunk_entries),
         .chunk_drop(chunk_drop), .chunk_dropped(chunk_dropped),
         .read_valid(read_valid), .read_ready(read_ready), .read_row(read_row),
@@ -139,6 +145,7 @@ module core #(
     ) fetch (
         .clk(clk), .rst_n(rst_n), .features(features),
         .list_valid(list_valid), .list_ready(list_ready), .list_chunks(list_chunks),
+        .list_open(list_open), .list_over(list_over),
         .chunk_index(chunk_index), .chunk_head(chunk_head), .chunk_entries(chunk_entries),
         .chunk_drop(chunk_drop), .chunk_dropped(chunk_dropped),
         .read_valid(read_valid[1]), .read_ready(read_ready[1]), .read_row(read_row[1]),
@@ -201,7 +208,7 @@ module core #(
         .close_valid(close_valid), .close_ready(close_ready), .close_tile(close_tile),
         .in_valid(pixels_valid), .in_ready(pixels_ready), .in_pixels(pixels_data),
         .write_valid(pixel_ask), .write_ready(pixel_asks), .write_address(pixel_address),
-        .write_bytes(pixel_bytes), .write_tag(pixel_tag), .write_data(ask_data),
+        .write_bytes(pixel_bytes), .write_tag(pixel_tag), .write_data(pixel_data),
         .done_valid(come_valid && come_tag[1:0] == PIXEL), .done_tag(come_tag[2+:T]),
         .last_in(last_in), .is_full(is_full), .idle(pixels_idle));
 
@@ -211,12 +218,13 @@ module core #(
     assign feature_asks = ask_ready && !list_ask;
     assign pixel_asks = ask_ready && !list_ask && !feature_ask;
     assign ask_valid = list_ask || feature_ask || pixel_ask;
-    assign ask_write = !list_ask && !feature_ask;
+    assign ask_write = list_ask ? list_write : !feature_ask;
+    assign ask_data = list_ask ? list_data : pixel_data;
     always_comb begin
         if (list_ask) begin
             ask_address = list_address;
             ask_bytes = list_bytes;
-            ask_tag = {2'd0, list_beat, LIST};
+            ask_tag = {2'd0, list_beat, list_spill ? SPILL : LIST};
         end else if (feature_ask) begin
             ask_address = feature_address;
             ask_bytes = 7'd32;
@@ -227,7 +235,7 @@ module core #(
             ask_tag = {14'(pixel_tag), PIXEL};
         end
     end
-    assign list_come = come_valid && come_tag[1:0] == LIST;
+    assign list_come = come_valid && (come_tag[1:0] == LIST || come_tag[1:0] == SPILL);
     assign feature_come = come_valid && come_tag[1:0] == FEATURE;
     assign come_ready = come_tag[1:0] != FEATURE || feature_ready;
 

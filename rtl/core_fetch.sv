@@ -27,7 +27,10 @@ module core_fetch #(
     input  logic [31:0]      features,
     input  logic             list_valid,
     output logic             list_ready,
+    // Chunks that are there; more of the list will come; nobody wants more of it.
     input  logic [C:0]       list_chunks,
+    input  logic             list_open,
+    output logic             list_over,
     output logic [C-1:0]     chunk_index,
     input  logic [R-1:0]     chunk_head,
     input  logic [8:0]       chunk_entries,
@@ -97,7 +100,7 @@ module core_fetch #(
     // --- the list whose chunks are asked for -----------------------------------------------------
 
     logic has_list;
-    logic [C:0] chunks, next_chunk;
+    logic [C:0] next_chunk;
     // Chunks of this list in the buffer.
     logic [C:0] in_front;
     logic [SLOTS-1:0] drop;
@@ -116,13 +119,14 @@ module core_fetch #(
     logic [15:0][E-1:0] row_entries;
 
     assign chunk_index = C'(next_chunk);
-    assign chunk_drop = has_list && list_is_over && next_chunk != chunks;
+    assign chunk_drop = has_list && list_is_over && next_chunk != list_chunks;
+    assign list_over = has_list && list_is_over;
     assign in_front = 32'(held) < 32'(next_chunk) ? (C + 1)'(held) : next_chunk;
-    assign begins = has_list && !list_is_over && !over && next_chunk != chunks && !asking
+    assign begins = has_list && !list_is_over && !over && next_chunk != list_chunks && !asking
         && 32'(in_front) <= AHEAD && held != (S + 1)'(SLOTS) && queue_ready
         && 32'(ring_used) + 32'(chunk_rows) <= FEATURES;
     // A list without chunks passes when nothing waits in front of it.
-    assign passes = has_list && chunks == '0 && held == '0;
+    assign passes = has_list && list_chunks == '0 && !list_open && held == '0;
     assign working = has_list;
     assign holds = held != '0;
     assign list_ready = !has_list;
@@ -215,7 +219,8 @@ module core_fetch #(
             row_comes <= 1'b0;
         end else begin
             if (list_valid && list_ready) has_list <= 1'b1;
-            else if (passes || (has_list && chunks != '0 && !asking && next_chunk == chunks))
+            else if (passes || (has_list && list_chunks != '0 && !list_open && !asking
+                && next_chunk == list_chunks))
                 has_list <= 1'b0;
             held <= held + (S + 1)'(begins || passes) - (S + 1)'(leaves);
             ring_used <= ring_used + (begins ? chunk_rows : '0) - (leaves ? oldest_rows : '0);
@@ -234,7 +239,6 @@ module core_fetch #(
 
     always_ff @(posedge clk) begin
         if (list_valid && list_ready) begin
-            chunks <= list_chunks;
             next_chunk <= '0;
             list_is_over <= 1'b0;
         end else begin
@@ -245,7 +249,7 @@ module core_fetch #(
             slot_entries[newest] <= passes ? '0 : chunk_entries;
             slot_row[newest] <= ring_head;
             slot_first[newest] <= passes || next_chunk == '0;
-            slot_last[newest] <= passes || next_chunk + 1'b1 == chunks;
+            slot_last[newest] <= passes || (next_chunk + 1'b1 == list_chunks && !list_open);
             slot_empty[newest] <= passes;
             slot_sorted[newest] <= passes;
             slot_dropped[newest] <= 1'b0;

@@ -117,7 +117,8 @@ module front #(
     front_lists #(
         .TILES(TILES), .LINES(LINES), .REGION(REGION)
     ) list (
-        .clk(clk), .rst_n(rst_n), .lists(lists), .is_clear(is_clear),
+        .clk(clk), .rst_n(rst_n), .lists(lists), .tiles_x(tiles_x), .tiles_y(tiles_y),
+        .is_clear(is_clear),
         .pair_valid(pair_valid[32'(picked)]), .pair_ready(list_ready), .pair_tile(pair_tile),
         .pair_entry(pair_entry[32'(picked)]), .flush(go && is_clear && is_over == '1),
         .is_flushed(is_flushed), .write_valid(line_ask), .write_ready(ask_ready[0]),

@@ -4,7 +4,7 @@
 // The list of tile t lies at `lists` + t 2^REGION. A line belongs to one of the tiles whose numbers
 // are equal in the last bits; an entry of another one sends away what is in it, as a masked write.
 // `flush` sends away all of them, one a cycle. An entry a cycle at most. Reset: lists and lines
-// empty, which takes a cycle for each tile (`is_clear`).
+// empty, which takes a cycle for each tile of the image (`is_clear`).
 module front_lists #(
     parameter int TILES = 4096,
     parameter int LINES = 64,
@@ -17,6 +17,8 @@ module front_lists #(
     input  logic         clk,
     input  logic         rst_n,
     input  logic [31:0]  lists,
+    input  logic [8:0]   tiles_x,
+    input  logic [8:0]   tiles_y,
     output logic         is_clear,
     input  logic         pair_valid,
     output logic         pair_ready,
@@ -48,10 +50,11 @@ module front_lists #(
     logic write_line;
     assign {line_tile, line_number, line_start, line_fill, line_data} = line;
 
-    logic [T:0] clearing;
+    logic [T-1:0] clearing;
+    logic [8:0] column, row;
     logic [C-1:0] entries;
     logic counts;
-    assign is_clear = clearing == (T + 1)'(TILES);
+    assign is_clear = row == tiles_y;
     assign count = entries;
 
     logic [L:0] flushing;
@@ -63,7 +66,7 @@ module front_lists #(
     sram_async #(
         .WIDTH(C), .DEPTH(TILES)
     ) pointers (
-        .clk(clk), .write(counts || !is_clear), .write_at(is_clear ? pair_tile : clearing[T-1:0]),
+        .clk(clk), .write(counts || !is_clear), .write_at(is_clear ? pair_tile : clearing),
         .write_data(is_clear ? entries + 1'b1 : '0), .read_at(flush ? count_tile : pair_tile),
         .read_data(entries));
     sram_async #(
@@ -126,9 +129,15 @@ module front_lists #(
         if (!rst_n) begin
             used <= '0;
             clearing <= '0;
+            column <= '0;
+            row <= '0;
             flushing <= '0;
         end else begin
-            if (!is_clear) clearing <= clearing + 1'b1;
+            if (!is_clear) begin
+                clearing <= clearing + 1'b1;
+                column <= column + 9'd1 == tiles_x ? '0 : column + 9'd1;
+                if (column + 9'd1 == tiles_x) row <= row + 9'd1;
+            end
             if (counts) used[at] <= !(is_full && fills == 6'd32);
             else if (sends_other && write_ready) used[at] <= 1'b0;
             if (flushes && (!used[at] || write_ready)) flushing <= flushing + 1'b1;

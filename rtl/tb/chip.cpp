@@ -4,14 +4,14 @@
 // Vchip STIMULUS, of 32-bit words: a seed; shares of cycles, in eighths, in which requests and
 // answers stall, and in which answers come in any order; most cycles; columns and rows of tiles;
 // columns and rows of pixels; numbers of Gaussians and degree of their colours; numbers of jobs, of
-// pivots (two words each), of bytes of lists, of records of 32 bytes; addresses of lists, records and
-// pixels, and bytes in all; the settings of the view (18); then jobs (address, entries, tile, pivots), pivots; then means, shapes and coefficients of 9, 24
+// pivots (two words each), of bytes of lists, of records of 32 bytes; addresses of lists, records,
+// pixels and what is spilled, and bytes in all; the settings of the view (18); then jobs (address, entries, tile, pivots), pivots; then means, shapes and coefficients of 9, 24
 // and 96 bytes, or, for cores alone, lists and records. A chip takes the pivots of the jobs only.
 //
 // In a cycle with requests, or with some under way, it writes the cycle, the number of requests and
 // three words of each (what for, and its port from bit 8 on; address; bytes), and reads the number of
 // those that are done by now and which, counted from 0. What for: 0 lists, 1 features, 2 pixels; 3 means, 4 shapes, 5
-// coefficients, 6 results. In the end it writes ~0, the cycles, those until all lists were written,
+// coefficients, 6 results, 7 spilled, 8 read back. In the end it writes ~0, the cycles, those until all lists were written,
 // whether it ended by itself, then for each core so many words: cycles of each of 9 counts; then
 // the pixels of all tiles, 2,048 bytes each.
 #include <cstdint>
@@ -64,7 +64,7 @@ void tick() {
 
 int main(int argc, char **argv) {
     std::FILE *file = argc == 2 ? std::fopen(argv[1], "rb") : nullptr;
-    uint32_t head[19], settings[18];
+    uint32_t head[20], settings[18];
     if (!file || std::fread(head, sizeof head, 1, file) != 1) return 2;
     if (std::fread(settings, sizeof settings, 1, file) != 1) return 2;
     const uint32_t stall_ask = head[1], stall_come = head[2], any_order = head[3], most = head[4];
@@ -75,7 +75,7 @@ int main(int argc, char **argv) {
     if (std::fread(pivots.data(), 8, pivots.size(), file) != pivots.size()) return 2;
     const size_t given = FRONTS ? size_t(129) * gaussians : 0;
     const uint32_t lists = head[15], features = head[16], pixels = head[17];
-    std::vector<uint8_t> memory(head[18]);
+    std::vector<uint8_t> memory(head[19]);
     if (std::fread(memory.data(), 1, given, file) != given) return 2;
     if (!FRONTS && std::fread(&memory[lists], 1, head[13], file) != head[13]) return 2;
     if (!FRONTS && std::fread(&memory[features], 32, head[14], file) != head[14]) return 2;
@@ -94,6 +94,7 @@ int main(int argc, char **argv) {
     chip.lists = lists;
     chip.features = features;
     chip.pixels = pixels;
+    chip.spill = head[18];
     for (int i = 0; i < 18 * 24; i++) {
         const uint32_t bit = settings[i / 24] >> (i % 24) & 1;
         chip.settings[i / 32] = (chip.settings[i / 32] & ~(1u << (i % 32))) | bit << (i % 32);
@@ -168,7 +169,8 @@ int main(int argc, char **argv) {
             if (r.write) std::memcpy(&memory[r.address], &chip.ask_data[16 * p], r.bytes);
             // An arbiter says in the tag whose it is.
             const int whose = ONE_PORT ? int(r.tag >> 16) : p;
-            const uint32_t what = whose < cores ? (r.write ? 2 : r.tag & 3) : (r.write ? 6 : 3 + (r.tag & 7));
+            const uint32_t of_core = (r.tag & 3) < 3 ? r.tag & 3 : r.write ? 7 : 8;
+            const uint32_t what = whose < cores ? of_core : (r.write ? 6 : 3 + (r.tag & 7));
             now.insert(now.end(), {what | uint32_t(whose) << 8, r.address, r.bytes});
             asked.push_back(r);
             open++;

@@ -14,7 +14,11 @@ use bench::{Bench, COUNTS, ChipRun, Stalls, Task, TileEnd};
 use design::{CHIP, Design};
 use powergs_base::picture::Picture;
 use powergs_core::flow::tile_wise::{
-    BinningImpl, FrameContext, FrameReplay, bsu::Bsu, qsu::Qsu, replay_with, vru::Vru,
+    BinningImpl, FrameContext, FrameReplay,
+    bsu::Bsu,
+    qsu::{Qsu, SPILL},
+    replay_with,
+    vru::Vru,
 };
 use powergs_core::kernel::timeline::{Observer, Span, State};
 use powergs_core::kernel::{Memo, Unit, UnitCycles};
@@ -191,7 +195,7 @@ impl Comparison<'_> {
                 if design.units > 0 { "buffers.sorting.capacity, binning.block" } else { SORTING };
             return refuse(format!("a list of {longest} entries, and room for {entries} ({key})"));
         }
-        let [.., memory] = frame.layout(design.region);
+        let [.., memory] = frame.layout(design);
         if memory > MEMORY {
             return refuse(format!(
                 "{memory} bytes of memory, and the RTL has addresses for {MEMORY}"
@@ -364,7 +368,7 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
     let model = [
         of(qsu, gsu.qsu_per_core, &|unit| unit.busy),
         of(qsu, gsu.qsu_per_core, &stalled(Stall::BANK)),
-        of(qsu, gsu.qsu_per_core, &stalled(list)),
+        of(qsu, gsu.qsu_per_core, &|unit| stalled(list)(unit) + stalled(SPILL)(unit)),
         of(qsu, gsu.qsu_per_core, &stalled(Stall::OUTPUT)),
         of(bsu, gsu.bsu_per_core, &|unit| unit.busy),
         of(units, vru.units_per_core, &|unit| unit.busy),
@@ -389,13 +393,16 @@ fn rows(ours: &FrameReplay, rtl: &ChipRun, machine: &Machine) -> Vec<Row> {
     let counts = COUNTS.iter().zip(model).zip(rtl.counts);
     rows.extend(counts.map(|((name, model), rtl)| Row { name, model, rtl }));
     let [sorting, rendering] = [1, 2].map(|phase| ours.served.stages[phase]);
-    let bytes = [sorting.read, rendering.read, rendering.write];
-    for ((name, model), rtl) in ["bytes of lists", "bytes of features", "bytes of pixels"]
-        .into_iter()
-        .zip(bytes)
-        .zip(rtl.bytes)
-    {
-        rows.push(Row { name, model, rtl });
+    // What is written while lists are sorted is what is read back.
+    let spilled = sorting.write;
+    for (name, model, i) in [
+        ("bytes of lists", sorting.read - spilled, 0),
+        ("bytes of features", rendering.read, 1),
+        ("bytes of pixels", rendering.write, 2),
+        ("bytes spilled", spilled, 7),
+        ("bytes read back", spilled, 8),
+    ] {
+        rows.push(Row { name, model, rtl: rtl.bytes[i] });
     }
     rows
 }

@@ -111,6 +111,8 @@ struct MachineRun {
     set: Vec<String>,
     #[serde(default)]
     pivots: Pivots,
+    /// Pixels of its views, where they are others.
+    size: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -151,16 +153,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if let Some(only) = &args.only {
         runs.machine.retain(|machine| machine.name.starts_with(only));
     }
-    let scenes: Result<Vec<OpenScene>, Failure> =
-        runs.scene.iter().map(|scene| scene.open(&args.scenes, &runs.size)).collect();
-    let scenes = scenes?;
+    let mut scenes = BTreeMap::new();
+    for machine in &runs.machine {
+        let size = machine.size(&runs);
+        if !scenes.contains_key(size) {
+            let all: Result<Vec<OpenScene>, Failure> =
+                runs.scene.iter().map(|scene| scene.open(&args.scenes, size)).collect();
+            scenes.insert(size.to_owned(), all?);
+        }
+    }
     // What cannot be is said before hours of the others.
     runs.machine.iter().try_for_each(|machine| machine.system(&runs).map(|_| ()))?;
     let place = args.out.clone().unwrap_or_else(|| PathBuf::from(BENCHES));
     fs::create_dir_all(&place).or_exit(Exit::Usage, place.display())?;
     let mut found = Vec::new();
     for machine in &runs.machine {
-        let Some(views) = machine.on_all(&scenes, &runs, &place, context)? else {
+        let scenes = &scenes[machine.size(&runs)];
+        let Some(views) = machine.on_all(scenes, &runs, &place, context)? else {
             return Ok(Exit::Interrupted);
         };
         if !context.global.quiet {
@@ -209,6 +218,10 @@ impl SceneRun {
 }
 
 impl MachineRun {
+    fn size<'a>(&'a self, runs: &'a Runs) -> &'a str {
+        self.size.as_deref().unwrap_or(&runs.size)
+    }
+
     fn system(&self, runs: &Runs) -> Result<(System, Design), Failure> {
         let sets = [&runs.base.set[..], &self.set].concat();
         let system = inputs::system(CHIP, &sets, None)?;

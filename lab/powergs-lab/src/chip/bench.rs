@@ -23,7 +23,7 @@ use powergs_testkit::verilator;
 const PIXELS: StreamId = STREAMS.id("pixels");
 
 /// What requests are for, in the words of the bench.
-const STREAM: [StreamId; 7] = [
+const STREAM: [StreamId; 9] = [
     STREAMS.id("lists"),
     STREAMS.id("features"),
     PIXELS,
@@ -31,6 +31,8 @@ const STREAM: [StreamId; 7] = [
     STREAMS.id("survivors"),
     STREAMS.id("colours"),
     STREAMS.id("results"),
+    STREAMS.id("spill-out"),
+    STREAMS.id("spill-in"),
 ];
 
 /// Names of what the bench counts, in its order.
@@ -73,8 +75,9 @@ pub struct ChipRun {
     pub listed: u64,
     /// Cycles of all cores, as [`COUNTS`].
     pub counts: [u64; COUNTS.len()],
-    /// Bytes asked for: lists, features, pixels; means, shapes, coefficients, results.
-    pub bytes: [u64; 7],
+    /// Bytes asked for: lists, features, pixels; means, shapes, coefficients, results; spilled,
+    /// read back.
+    pub bytes: [u64; 9],
     /// Requests.
     pub requests: u64,
     /// Pixels of all tiles of the image.
@@ -297,7 +300,7 @@ fn stimulus(task: &Task) -> Vec<u8> {
     words.extend([frame.tiles.len() as u32, all_pivots as u32, lists.len() as u32]);
     let is_chip = task.design.units > 0;
     words.push(frame.numbers());
-    words.extend(frame.layout(task.design.region).map(|at| at as u32));
+    words.extend(frame.layout(task.design).map(|at| at as u32));
     words.extend(frame.scene.settings);
     for ((tile, address), pivots) in frame.tiles.iter().zip(addresses).zip(pivots) {
         let [x, y] = tile.place;
@@ -325,7 +328,7 @@ fn serve(
 ) -> std::io::Result<Option<ChipRun>> {
     let Task { frame, machine, .. } = *task;
     let progress = Progress::new(context, task.expected, "cycles");
-    let pixels = frame.layout(task.design.region)[2];
+    let pixels = frame.layout(task.design)[2];
     let tiles = (frame.grid[0] * frame.grid[1]) as usize;
     let mut told = 0;
     let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
@@ -333,7 +336,7 @@ fn serve(
         cycles: 0,
         listed: 0,
         counts: [0; COUNTS.len()],
-        bytes: [0; 7],
+        bytes: [0; 9],
         requests: 0,
         pixels: vec![0; tiles * TILE_BYTES as usize],
         ends: vec![TileEnd::default(); tiles],

@@ -64,6 +64,10 @@ const CORES: u32 = 16;
 const UNITS: u32 = 8;
 /// Bytes of what a converter has asked for: 16 requests of seven means, 32 shapes, 32 colours.
 const INPUT: u64 = 4848;
+/// Rows of the share of a sorting buffer from which on lists without room are spilled.
+const SPILLS: u32 = 64;
+/// Bytes of what a core spills.
+pub const SPILL: u64 = 256 << 10;
 /// Chunks in the feature buffer of a core, at most.
 const SLOTS: u32 = 8;
 
@@ -74,8 +78,8 @@ pub struct Design {
     pub parameters: Vec<(&'static str, u32)>,
     /// Entries of a chunk.
     pub chunk: usize,
-    /// Entries that a list may have: the sorting buffer of a core has room for them, and so has the
-    /// place where a front writes it.
+    /// Entries that a list may have: what two splits make chunks of, or, in a small buffer, what
+    /// there is room for; and the place where a front writes it has room.
     pub entries: usize,
     /// Cores.
     pub cores: u32,
@@ -155,11 +159,14 @@ impl Design {
             return Err(refused("vru.subtile-queue", &queue, "2 to 64"));
         }
         let [ops, lines, region] = if front { front_of(tiles)? } else { [16, 2, REGION] };
-        // No list is longer than the sorting buffer, and no part is split more than twice.
-        let chunks = (4 * rows * ROW as u32).div_ceil(chunk).clamp(8, 64).next_power_of_two();
+        // Parts are split twice at most.
+        let chunks = 64;
         let units = if front { tiles.ccu.units } else { 0 };
         // A list that is split needs a row more for each of its eight parts.
-        let entries = (rows as usize).saturating_sub(8).max(1) * ROW as usize;
+        let entries = match rows >= SPILLS {
+            true => (chunks * chunk) as usize,
+            false => (rows as usize).saturating_sub(8).max(1) * ROW as usize,
+        };
         let listed = if front { (1 << region) / tiles.list_entry() as usize } else { usize::MAX };
         Ok(Design {
             parameters: vec![

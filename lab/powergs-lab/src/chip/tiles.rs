@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 use serde::Deserialize;
 
+use super::design::{Design, SPILL};
 use crate::FrontEnd;
 use powergs_base::picture::Picture;
 use powergs_core::workload::{
@@ -319,18 +320,19 @@ impl ChipFrame {
         self.seen.last().map_or(0, |seen| seen.number + 1)
     }
 
-    /// Where lists, records and pixels are in the memory of a bench, and its end; lists of a front
-    /// are 2^`region` bytes apart. Reads of a request may go beyond what they are for.
-    pub fn layout(&self, region: u32) -> [u64; 4] {
+    /// Where lists, records, pixels and what is spilled are in the memory of a bench, and its end.
+    /// Reads of a request may go beyond what they are for.
+    pub fn layout(&self, design: &Design) -> [u64; 5] {
         let tiles = u64::from(self.grid[0]) * u64::from(self.grid[1]);
         let listed = match self.scene.gaussians {
             0 => (self.entries() as u64 * ENTRY + REQUEST).next_multiple_of(LINE),
-            _ => tiles << region,
+            _ => tiles << design.region,
         };
         let lists = (self.scene.numbers.len() as u64 + REQUEST).next_multiple_of(LINE);
         let records = lists + listed;
         let pixels = records + u64::from(self.numbers()) * RECORD as u64;
-        [lists, records, pixels, pixels + tiles * TILE_BYTES + REQUEST]
+        let spill = pixels + tiles * TILE_BYTES + REQUEST;
+        [lists, records, pixels, spill, spill + u64::from(design.cores) * SPILL]
     }
 
     /// The picture that was written, before black; tiles that were not asked for are black.

@@ -16,7 +16,7 @@ const ONE: [&str; 8] = [
     "--set",
     "vru.cores=1",
     "--set",
-    "buffers.sorting.capacity=24KiB",
+    "buffers.sorting.capacity=6KiB",
     "--set",
     "buffers.feature.capacity=32KiB",
     "--set",
@@ -120,8 +120,8 @@ fn a_chip_makes_the_lists_and_the_picture() {
         let [model, rtl] = pair(&plain, name);
         assert_eq!(model, rtl, "{name}: {plain}");
     }
-    // A front first empties its pointers, one a cycle, of which the model knows nothing.
-    let emptied = 4096;
+    // A front first empties the pointers of 8 x 6 tiles, one a cycle, of which the model knows nothing.
+    let emptied = 48;
     for name in ["frame, cycles", "preprocessing"] {
         let [model, rtl] = pair(&plain, name);
         let share = (rtl - emptied) as f64 / model as f64 - 1.0;
