@@ -87,6 +87,42 @@ fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
         let Some(view) = view(&[&of[..], &stalls].concat()) else { return };
         assert_eq!(view["wrong_tiles"], Value::Array(Vec::new()), "{view}");
     }
+    spills();
+}
+
+/// Lists that are longer than the sorting buffer, split once and twice, and given up when their
+/// tiles are over.
+fn spills() {
+    for (splats, opacity) in [(5000, None), (9000, None), (9000, Some(6.0))] {
+        let mut scene = sample(splats, 0);
+        if let Some(opacity) = opacity {
+            scene.logit_opacities.fill(opacity);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.ply");
+        fs::write(&path, ply(&scene)).expect("a scene");
+        let of = [path.to_str().expect("UTF-8"), "--orbit", "1", "--size", "48x32"];
+        let of = [&of[..], &ONE].concat();
+        let plain = view(&of).expect("Verilator");
+        assert_eq!(plain["wrong_tiles"], Value::Array(Vec::new()), "{plain}");
+        for name in ["bytes of lists", "bytes of features", "bytes of pixels"] {
+            let [model, rtl] = pair(&plain, name);
+            assert_eq!(model, rtl, "{name}: {plain}");
+        }
+        let [model, rtl] = pair(&plain, "tile phase, cycles").map(|cycles| cycles as f64);
+        assert!((rtl / model - 1.0).abs() <= 0.03, "{plain}");
+        // Rows that are not full, and those on their way, take room that the model gives to entries.
+        let [model, spilled] = pair(&plain, "bytes spilled");
+        assert!(model > 30_000 && spilled >= model && 2 * spilled < 3 * model, "{plain}");
+        let [_, back] = pair(&plain, "bytes read back");
+        // What nobody wants any more is not read back.
+        assert_eq!(back < spilled, opacity.is_some(), "{plain}");
+        for (stalls, seed) in [("6,2,4", "1"), ("0,5,7", "2"), ("3,3,4", "3")] {
+            let stalled = view(&[&of[..], &["--stalls", stalls, "--seed", seed]].concat());
+            let stalled = stalled.expect("Verilator");
+            assert_eq!(stalled["wrong_tiles"], Value::Array(Vec::new()), "{stalled}");
+        }
+    }
 }
 
 /// One core with two converters in front, as narrow as they come.
