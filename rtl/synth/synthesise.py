@@ -8,6 +8,7 @@
 Clock gates are inserted in front of registers of at least --gate flip-flops with the same enable
 (8 by default, 0 for none), several of them for wide registers. --prove compares the netlist with
 the RTL. --cut MODULE leaves instances of a module out: what they are connected to becomes ports.
+--parts FOLDER... takes the netlists of units that were mapped into these folders, as they are.
 
 Writes into the folder of --out: NAME.json (the netlist, Yosys JSON), NAME.v (the same for a timing
 analyser), NAME.sdc, and report.json: area, cells, flip-flops, clock gates, how often each cell is
@@ -127,6 +128,9 @@ def arguments():
     parser.add_argument("--prove", action="store_true",
                         help="that the netlist is the RTL; minutes for more than small units")
     parser.add_argument("--cut", metavar="MODULE", help="whose instances are left out")
+    parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FOLDER",
+                        help="of an earlier --out, with the parameters that its unit has here: "
+                             "it is not mapped again")
     parser.add_argument("--set", action="append", default=[], metavar="PARAMETER=VALUE")
     parser.add_argument("--source", nargs="+", type=Path, help="all of rtl/*.sv by default")
     return parser.parse_args()
@@ -162,12 +166,12 @@ def sources(given):
     return sorted(found, key=lambda path: (not path.stem.endswith("_pkg"), path.name))
 
 
-VECTOR = re.compile(r"^  assign \{ (.*) \} = \{ (.*) \};$", re.MULTILINE)
+VECTOR = re.compile(r"^  assign \{ (.*) \} = (?:\{ (.*) \}|(\d+'b[01xz]+));$", re.MULTILINE)
 
 
 def single_assignments(match):
     """`assign { a, b } = { c, d };` as one assignment a bit; none where the bit is of no matter."""
-    left, right = (side.split(", ") for side in match.groups())
+    left, right = (side.split(", ") for side in (match[1], match[2] or match[3]))
     bits = []
     for part in right:
         constant = re.fullmatch(r"\d+'b([01xz]+)", part)
@@ -192,6 +196,8 @@ def apart(log, work, *arguments):
         try:
             work(*arguments)
             failed = 0
+        except SystemExit as said:
+            print(said)
         except BaseException:
             traceback.print_exc()
         finally:
@@ -223,6 +229,63 @@ def cut_out(design, args, folder):
             module.rename(wire, ys.IdString("\\" + re.sub(r"\W+", "_", name)))
     module.fixup_ports()
     ys.run_pass("opt_clean -purge", design)
+
+
+def mapped_parts(args):
+    """The netlists of --parts by their units."""
+    found = {}
+    for folder in args.parts:
+        try:
+            report = json.loads((folder / "report.json").read_text())
+        except OSError as error:
+            sys.exit(f"{folder}: no unit was mapped into it: {error}")
+        made = report["library"], report["period_ns"]
+        if made != (args.library, args.period):
+            sys.exit(f"{folder}: mapped for {made[0]} and {made[1]} ns")
+        found[report["unit"]] = next(p for p in folder.glob("*.json") if p.name != "report.json")
+    return found
+
+
+def leave_parts(design, parts):
+    """Leaves modules out that are mapped; returns the units behind their names."""
+    from pyosys import libyosys as ys
+
+    left = {}
+    for module in list(design.modules_.values()):
+        name = module.name.str()
+        # `\\unit`, or with parameters `$paramod$hash\\unit` or `$paramod\\unit\\...`.
+        unit = next((unit for unit in parts if unit in name.split("\\")[1:2]), None)
+        if unit is None or module.name == design.top_module().name:
+            continue
+        netlist = json.loads(parts[unit].read_text())["modules"]
+        theirs = {name: len(port["bits"]) for name, port in netlist.popitem()[1]["ports"].items()}
+        for port in module.ports:
+            wire = module.wire(port)
+            if theirs.get(port.unescape()) != wire.width:
+                sys.exit(f"{parts[unit]}: {port.unescape()} has {wire.width} bits here: mapped "
+                         "with other parameters (--set)")
+        if unit in left.values():
+            sys.exit(f"{unit} has instances with several parameters, and --parts one netlist")
+        left[name] = unit
+    for name in left:
+        ys.run_pass(f"blackbox {name.removeprefix(chr(92))}", design)
+    return left
+
+
+def put_parts(design, parts, left):
+    """Puts netlists where their modules were left out."""
+    from pyosys import libyosys as ys
+
+    for cell in [cell for cell in design.top_module().cells_.values() if cell.type.str() in left]:
+        cell.type = ys.IdString("\\" + left[cell.type.str()])
+    for name in left:
+        ys.run_pass(f"delete {name.removeprefix(chr(92))}", design)
+    for unit in sorted(set(left.values())):
+        ys.run_pass(f"read_json {parts[unit]}", design)
+        kept = parts[unit].stem
+        if kept != unit:
+            ys.run_pass(f"rename {kept} {unit}", design)
+    ys.run_pass("flatten -noscopeinfo", design)
 
 
 def gate_clocks(design, settings, smallest):
@@ -279,10 +342,12 @@ def map_unit(args, settings, liberty, unused, folder):
     high, low = settings["tie_high"], settings["tie_low"]
     out = args.out / args.name
     design = ys.Design()
+    left = {}
     steps = [
         "read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
         f"hierarchy -check -top {args.unit} {chparam}",
         f"rename -top {args.name}",
+        lambda: left.update(leave_parts(design, args.parts)),
         *([f"blackbox *{args.cut}*"] if args.cut else []),
         "synth -flatten -noabc",
         lambda: cut_out(design, args, folder) if args.cut else None,
@@ -292,6 +357,7 @@ def map_unit(args, settings, liberty, unused, folder):
         f"abc {libs} -constr {constraint} -D {args.period * 1000:.0f} {keep_out}",
         "opt_clean -purge",
         f"hilomap -hicell {high[0]} {high[1]} -locell {low[0]} {low[1]}",
+        lambda: put_parts(design, args.parts, left) if left else None,
         "setattr -mod -unset src -unset hdlname",
         "setattr -unset src -unset hdlname -unset keep",
         "rename -enumerate -pattern n% w:*.* w:*$* w:*[* %u %u",
@@ -447,6 +513,7 @@ def main():
     if args.prove and args.cut:
         sys.exit("--prove compares whole units: leave --cut out")
     settings = LIBRARIES[args.library]
+    args.parts = mapped_parts(args)
     args.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
