@@ -104,6 +104,14 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("{}: the RTL blends one level", args.scene.display());
         return Err(Failure::new(Exit::Usage, what));
     }
+    if inputs::is_trace(&args.scene) {
+        let what = format!(
+            "{}: is a trace, without the parameters of splats that the RTL blends: name the model \
+             and its cameras (--cameras)",
+            args.scene.display()
+        );
+        return Err(Failure::new(Exit::Usage, what));
+    }
     args.picture.iter().try_for_each(|path| check_output(path))?;
     let arch = args.arch.as_ref().map_or(CHIP.into(), |path| path.display().to_string());
     let system = inputs::system(&arch, &args.changes.sets, None)?;
@@ -191,9 +199,11 @@ impl Comparison<'_> {
         );
         if frame.longest() > design.entries {
             let (longest, entries) = (frame.longest(), design.entries);
-            let key =
-                if design.units > 0 { "buffers.sorting.capacity, binning.block" } else { SORTING };
-            return refuse(format!("a list of {longest} entries, and room for {entries} ({key})"));
+            let keys = "buffers.sorting.capacity, geometry.chunk";
+            let block = if design.units > 0 { ", binning.block" } else { "" };
+            return refuse(format!(
+                "a list of {longest} entries, and room for {entries} ({keys}{block})"
+            ));
         }
         let [.., memory] = frame.layout(design);
         if memory > MEMORY {
@@ -258,8 +268,6 @@ const MEMORY: u64 = u32::MAX as u64;
 const SIDE: u32 = 511;
 /// Tiles that a front has pointers for.
 const POINTERS: u32 = 4096;
-/// What the length of a list depends on.
-const SORTING: &str = "buffers.sorting.capacity";
 
 /// Whether the RTL can count the tiles of a view; why not.
 fn fits(camera: &Camera, front: bool) -> Result<(), String> {

@@ -237,6 +237,9 @@ fn what_the_rtl_cannot_be_is_refused() {
     run(&[&scene, "--orbit", "1", "--size", "1040x1040", "--front"])
         .code(2)
         .stderr(contains("65 x 65 tiles, and the RTL counts 511 a side, 4096 in all"));
+    run(&["traces/demo.bin", "--orbit", "1"])
+        .code(2)
+        .stderr(contains("traces/demo.bin: is a trace").and(contains("--cameras")));
     run(&[&scene, "--orbit", "1", "--size", "32x32", "--stalls", "1,9,0"])
         .code(2)
         .stderr(contains("three numbers from 0 to 7"));
@@ -268,5 +271,5 @@ fn a_list_that_has_no_room_is_refused() {
     let small = ["--orbit", "1", "--size", "32x32", "--set", "buffers.sorting.capacity=18KiB"];
     run(&[&[scene.as_str()], &small[..]].concat())
         .code(2)
-        .stderr(contains("room for 640 (buffers.sorting.capacity)"));
+        .stderr(contains("room for 640 (buffers.sorting.capacity, geometry.chunk)"));
 }
