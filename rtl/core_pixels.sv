@@ -1,9 +1,10 @@
 // Pixels of finished tiles: a buffer of TILES tiles, and their way to the memory, 64 bytes at a time.
 //
-// A tile enters when a place is free: 16 pixels a cycle, one of each rendering core. It is written
-// in the order in which it came, beat by beat, eight bytes a pixel (red, green, blue,
-// transmittance); pixels outside of the image count no bytes, and requests without any are left
-// out. Its place is free when all of its writes are done. Reset: empty.
+// A tile enters when a place is free: 16 pixels a cycle, one of each rendering core. Eight bytes are
+// a pixel (red, green, blue, transmittance). A request has eight pixels of a row, two neighbours of
+// each of four rendering cores side by side, so that those inside of the image are the first ones;
+// the others are not written, and requests without any are left out. A place is free when all
+// writes of its tile are done. Reset: empty.
 module core_pixels #(
     parameter int TILES = 2,
     localparam int T = TILES > 1 ? $clog2(TILES) : 1
@@ -52,15 +53,18 @@ module core_pixels #(
     assign last_in = in_valid && in_ready && beat == 4'd15;
     assign is_full = in_valid && !in_ready;
 
-    // The pixels of a request that are inside: pixel `turn[4:1]` of eight rendering cores, which are
-    // in the upper or in the lower half of the tile.
+    // Of a request: the row of rendering cores (turn[1:0]), row (turn[4:3]) and half (turn[2]) of
+    // the pixels of a core.
     logic [7:0] seen;
     logic [3:0] count;
+    logic [1:0][1023:0] lines;
     for (genvar i = 0; i < 8; i++) begin : g_pixel
-        localparam int X = 8 * (i / 4) + 4 * (i % 2);
-        localparam int Y = 4 * (i % 4 / 2);
-        assign seen[i] = 5'(X) + 5'(turn[2:1]) < of_tile[writing][22:18]
-            && 5'(Y) + {1'b0, turn[0], 1'b0, turn[4:3]} < of_tile[writing][27:23];
+        localparam int X = 4 * (i / 2) + i % 2;
+        logic [3:0] core;
+        assign core = {turn[1], 1'(i / 4), turn[0], 1'(i / 2 % 2)};
+        assign seen[i] = 5'(X) + {3'd0, turn[2], 1'b0} < of_tile[writing][22:18]
+            && {1'b0, turn[1:0], turn[4:3]} < of_tile[writing][27:23];
+        assign write_data[64*i+:64] = lines[i%2][64*core+:64];
     end
     always_comb begin
         count = '0;
@@ -74,13 +78,15 @@ module core_pixels #(
     assign write_address = pixels
         + 32'd2048 * (32'(of_tile[writing][17:9]) * 32'(tiles_x) + 32'(of_tile[writing][8:0]))
         + {21'd0, turn, 6'd0};
-    logic [1023:0] line;
-    sram_async #(
-        .WIDTH(1024), .DEPTH(16 << T)
-    ) memory (
-        .clk(clk), .write(in_valid && in_ready), .write_at({filling, beat}), .write_data(in_pixels),
-        .read_at({writing, turn[4:1]}), .read_data(line));
-    assign write_data = turn[0] ? line[1023:512] : line[511:0];
+    // Pixels of even and of odd columns.
+    for (genvar b = 0; b < 2; b++) begin : g_bank
+        sram_async #(
+            .WIDTH(1024), .DEPTH(8 << T)
+        ) memory (
+            .clk(clk), .write(in_valid && in_ready && beat[0] == 1'(b)),
+            .write_at({filling, beat[3:1]}), .write_data(in_pixels),
+            .read_at({writing, turn[4:2]}), .read_data(lines[b]));
+    end
 
     always_ff @(posedge clk) begin
         if (!rst_n) begin

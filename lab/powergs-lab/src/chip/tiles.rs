@@ -407,14 +407,15 @@ impl ChipTile {
     }
 }
 
-/// The pixels of a tile as a core writes them, 16 units in turn: unit, pixel of it, column and row.
+/// The pixels of a tile as a core writes them, eight of a row at a time, two of each unit: unit,
+/// pixel of it, column and row.
 fn places() -> impl Iterator<Item = (u32, u32, [u32; 2])> {
-    (0..16).flat_map(|i| {
-        (0..16).map(move |unit| {
-            let (subtile, own) = (unit / 4, unit % 4);
-            let x = 8 * (subtile % 2) + 4 * (own % 2) + i % 4;
-            let y = 8 * (subtile / 2) + 4 * (own / 2) + i / 4;
-            (unit, i, [x, y])
+    (0..32).flat_map(|turn| {
+        (0..8).map(move |at| {
+            let (i, column, row) = (turn / 4 * 2 + at % 2, at / 2, turn % 4);
+            let subtile = row / 2 * 2 + column / 2;
+            let unit = 4 * subtile + row % 2 * 2 + column % 2;
+            (unit, i, [4 * column + i % 4, 4 * row + i / 4])
         })
     })
 }

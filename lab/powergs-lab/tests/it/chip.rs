@@ -77,6 +77,10 @@ fn a_core_draws_the_pixels_of_the_datapath_in_the_cycles_of_the_model() {
     let Some(plain) = view(&of) else { return };
     assert!(plain["entries"].as_u64().is_some_and(|entries| entries > 4000), "{plain}");
     agrees(&plain, 0.03);
+    // Tiles at the edge of the image, 11 columns and 4 rows of them inside.
+    let edges = [scene.as_str(), "--orbit", "1", "--size", "75x52"];
+    let Some(edges) = view(&[&edges[..], &ONE].concat()) else { return };
+    agrees(&edges, 0.05);
     // Where pivots split unevenly, chunks are others and the picture is the same.
     let Some(sampled) = view(&[&of[..], &["--pivots", "sampled"]].concat()) else { return };
     assert_eq!(sampled["wrong_tiles"], Value::Array(Vec::new()), "{sampled}");
@@ -147,7 +151,7 @@ const CHIP: [&str; 13] = [
 fn a_chip_makes_the_lists_and_the_picture() {
     let (folder, scene) = scene(3000);
     let picture = folder.path().join("chip.png");
-    let of = [scene.as_str(), "--orbit", "1", "--size", "128x96"];
+    let of = [scene.as_str(), "--orbit", "1", "--size", "123x90"];
     let of = [&of[..], &ONE, &CHIP].concat();
     let written = ["--picture", picture.to_str().expect("UTF-8")];
     let Some(plain) = view(&[&of[..], &written].concat()) else { return };
