@@ -153,6 +153,18 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if let Some(only) = &args.only {
         runs.machine.retain(|machine| machine.name.starts_with(only));
     }
+    // What limits say of an assumption is of one phase.
+    let mut phases: BTreeMap<&str, &str> = BTreeMap::new();
+    for own in &runs.assumption {
+        let Some(phase) = &own.phase else { continue };
+        for id in &own.ids {
+            let first = *phases.entry(id).or_insert(phase);
+            if first != phase {
+                let what = format!("{}: {id} has two phases: {first}, {phase}", path.display());
+                return Err(Failure::new(Exit::Usage, what));
+            }
+        }
+    }
     let mut scenes = BTreeMap::new();
     for machine in &runs.machine {
         let size = machine.size(&runs);
@@ -307,12 +319,14 @@ const SHOWN: [(&str, &str); 6] = [
 ];
 
 /// Bytes on both sides.
-const BYTES: [&str; 5] = [
+const BYTES: [&str; 7] = [
     "bytes read before",
     "bytes written before",
     "bytes of lists",
     "bytes of features",
     "bytes of pixels",
+    "bytes spilled",
+    "bytes read back",
 ];
 
 impl Page<'_> {
@@ -360,7 +374,8 @@ impl Page<'_> {
             let row = &view["rows"][name];
             if row["model"] != row["rtl"] {
                 let percent = Self::cell(self.percent(machine, scene, name));
-                found.push(format!("{} {percent}", name.trim_start_matches("bytes of ")));
+                let name = name.trim_start_matches("bytes ").trim_start_matches("of ");
+                found.push(format!("{name} {percent}"));
             }
         }
         if found.is_empty() { "equal".to_owned() } else { found.join(", ") }

@@ -266,6 +266,18 @@ fn runs_that_are_none_are_refused() {
     assumptions(&["runs.toml", "--scenes", "."])
         .code(2)
         .stderr(contains("runs.toml").and(contains("unknown field `scenes`")));
+    let of = |phase: &str| {
+        format!(
+            "[[assumption]]\nids = [\"A33\"]\nwhat = \"\"\nmachine = \"a\"\nrow = \"b\"\n\
+             phase = \"{phase}\"\n"
+        )
+    };
+    let two =
+        ["size = \"64x64\"\nscene = []\nmachine = []\nbase = { set = [] }\n", &of("x"), &of("y")];
+    fs::write(&runs, two.concat()).expect("a file");
+    assumptions(&["runs.toml", "--scenes", "."])
+        .code(2)
+        .stderr(contains("runs.toml: A33 has two phases: x, y"));
     assumptions(&["runs.toml", "--scenes", ".", "--write", "runs.toml"])
         .code(2)
         .stderr(contains("--force"));
