@@ -115,7 +115,8 @@ fn spills() {
         }
         let [model, rtl] = pair(&plain, "tile phase, cycles").map(|cycles| cycles as f64);
         assert!((rtl / model - 1.0).abs() <= 0.03, "{plain}");
-        // Rows that are not full, and those on their way, take room that the model gives to entries.
+        // Rows that are not full, and those on their way, take room that the model gives to
+        // entries.
         let [model, spilled] = pair(&plain, "bytes spilled");
         assert!(model > 30_000 && spilled >= model && 2 * spilled < 3 * model, "{plain}");
         let [_, back] = pair(&plain, "bytes read back");
@@ -160,7 +161,8 @@ fn a_chip_makes_the_lists_and_the_picture() {
         let [model, rtl] = pair(&plain, name);
         assert_eq!(model, rtl, "{name}: {plain}");
     }
-    // A front first empties the pointers of 8 x 6 tiles, one a cycle, of which the model knows nothing.
+    // A front first empties the pointers of 8 x 6 tiles, one a cycle, of which the model knows
+    // nothing.
     let emptied = 48;
     for name in ["frame, cycles", "preprocessing"] {
         let [model, rtl] = pair(&plain, name);
