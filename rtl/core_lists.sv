@@ -8,10 +8,11 @@
 // odd places go to one each. An entry that meets a bank that another one writes waits a cycle.
 //
 // A list that has no room in the whole buffer is split while it comes, up to WINDOW rows of it at a
-// time, while a chunk of the list before may still be there; the buffer has 64 rows at least. When fewer than LOW rows are free, the first row of the part that is needed last is written
-// to memory, at `spill`; the last row of a part stays. Then its parts are taken in turn: one that is
-// a chunk gets its rows back, and is there for those behind; one that is longer is split again, from
-// the rows that have stayed and those that come back, which spills in the same way. When its tile is
+// time, while a chunk of the list before may still be there; the buffer has 64 rows at least. When
+// fewer than LOW rows are free, the first row of the part that is needed last is written to memory,
+// at `spill`; the last row of a part stays. Then its parts are taken in turn: one that is a chunk
+// gets its rows back, and is there for those behind; one that is longer is split again, from the
+// rows that have stayed and those that come back, which spills in the same way. When its tile is
 // over, what is left of it is dropped where it is.
 //
 // Splits go two levels deep: CHUNK, 8 CHUNK and 64 CHUNK entries are the longest lists of none, one
