@@ -24,7 +24,7 @@ use powergs_sim::kernel::{self, FrameTiming, Histogram, drive};
 use powergs_sim::machine::{BufferSpec, Machine};
 use powergs_sim::quantity::Bytes;
 use powergs_sim::stage::{
-    AlsoDecl, Bias, StageDecl, Stall, buffer, double, hardware, omit, part, work,
+    Bias, StageDecl, Stall, also, buffer, double, hardware, omit, part, work,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -63,8 +63,8 @@ const BLENDER: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<BlenderSpec>().units),
     works: &[work("divide", 4, "One pixel divided by its weight.").a_cycle(|_| 1.0)],
     also_works: &[
-        AlsoDecl { key: "alpha", a_cycle: |m| f64::from(m.of_type::<BlenderSpec>().lanes) },
-        AlsoDecl { key: "blend", a_cycle: |m| f64::from(m.of_type::<BlenderSpec>().lanes) },
+        also("alpha").a_cycle(|m| f64::from(m.of_type::<BlenderSpec>().lanes)),
+        also("blend").a_cycle(|m| f64::from(m.of_type::<BlenderSpec>().lanes)),
     ],
     buffers: &[buffer("blender_in", "blender.store", |m| {
         m.of_type::<BlenderSpec>().store.shared(m.of_type::<BlenderSpec>().units)

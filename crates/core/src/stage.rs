@@ -121,7 +121,7 @@ impl StageDecl {
     ) -> impl Iterator<Item = (&'static str, f64)> + 'm {
         // Of machines that have it: the tables of others say nothing of it.
         let own = self.works.iter().map(|work| (work.facts.key, work.a_cycle));
-        let all = own.chain(self.also_works.iter().map(|also| (also.key, Some(also.a_cycle))));
+        let all = own.chain(self.also_works.iter().map(|also| (also.key, also.a_cycle)));
         let all = all.filter(|_| machine.has_stage(self.key));
         all.filter_map(|(key, a_cycle)| Some((key, a_cycle?(machine))))
     }
@@ -178,8 +178,21 @@ impl WorkDecl {
 pub struct AlsoDecl {
     /// Its key.
     pub key: &'static str,
-    /// How often one unit of this stage does it in a cycle at most.
-    pub a_cycle: fn(&Machine) -> f64,
+    /// How often one unit of this stage does it in a cycle at most; `None` for what it does in
+    /// place of other work, in cycles that count for that.
+    pub a_cycle: Option<fn(&Machine) -> f64>,
+}
+
+/// Work that another stage declares, and this one does in place of other work.
+pub const fn also(key: &'static str) -> AlsoDecl {
+    AlsoDecl { key, a_cycle: None }
+}
+
+impl AlsoDecl {
+    /// The same, done so often by one unit in a cycle at most.
+    pub const fn a_cycle(self, a_cycle: fn(&Machine) -> f64) -> AlsoDecl {
+        AlsoDecl { a_cycle: Some(a_cycle), ..self }
+    }
 }
 
 /// A buffer.

@@ -149,6 +149,21 @@ pub enum InvariantViolated {
         /// Peak x efficiency, or the peak of the device, bytes per second.
         rate: f64,
     },
+    /// Something was counted that no stage of the machine does, so that nobody would pay for it.
+    #[error(
+        "internal error: frame {frame}: {count} of `{action}` are counted, and nothing in the \
+         machine `{machine}` does that; please report this"
+    )]
+    Undone {
+        /// The frame.
+        frame: usize,
+        /// The key of the action.
+        action: String,
+        /// How often.
+        count: u64,
+        /// The machine.
+        machine: String,
+    },
     /// More was read of a region than was written to it.
     #[error(
         "internal error: frame {frame}: {read} bytes of {region} are read and {written} were \

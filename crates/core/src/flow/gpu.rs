@@ -129,6 +129,12 @@ impl Dataflow for GpuFlow {
         [machine.gpu().blend.tile; 2]
     }
 
+    /// A unit beside the kernels may blend while they work on the next frame.
+    fn overlaps(&self, machine: &Machine) -> bool {
+        let attached = &machine.gpu().attached;
+        attached.is_there() && attached.overlap == AttachedOverlap::Frames
+    }
+
     /// Lists of tiles, with their splats and pixels: that of tile-wise machines.
     fn work_key(&self, machine: &Machine) -> WorkKey {
         tile_wise::work_key_for(machine.gpu().geometry(), machine.gpu().detail())
@@ -777,7 +783,7 @@ fn calibration(machine: &Machine, kernels: &Kernels, memo: &Memo) -> Option<Arc<
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
         through(reference, kernels, None, recorder).1
     };
-    Reference::calibration(machine, memo, |_| {}, run, (&STREAMS, true))
+    Reference::calibration(machine, memo, |_| {}, run, &STREAMS)
 }
 
 fn through<O: Observer>(

@@ -103,6 +103,11 @@ impl Dataflow for RecordedFlow {
         TablesDecl::of::<Recorded>()
     }
 
+    /// Another simulator may issue requests of all phases at any time.
+    fn overlaps(&self, _: &Machine) -> bool {
+        true
+    }
+
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
         let (spec, mut found) = (machine.of_type::<RecordedSpec>(), Found::default());
         let units: Vec<&str> = hardware().units().map(|(_, unit)| unit.key).collect();

@@ -155,7 +155,7 @@ impl Dataflow for ResidentFlow {
 
     fn tile(&self, machine: &Machine, [width, height]: [u32; 2]) -> [u32; 2] {
         let m = machine.resident();
-        RegionShape::new(&m.region, m.raster.lanes).region(width, height)
+        RegionShape::new(m).region(width, height)
     }
 
     fn overlaps(&self, machine: &Machine) -> bool {
@@ -164,7 +164,7 @@ impl Dataflow for ResidentFlow {
 
     fn work_key(&self, machine: &Machine) -> WorkKey {
         let m = machine.resident();
-        RegionShape::new(&m.region, m.raster.lanes).key()
+        RegionShape::new(m).key()
     }
 
     fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
@@ -258,7 +258,6 @@ pub struct RegionShared<'a, O> {
     conversions: Vec<[u64; 2]>,
     /// The first pixel of each region in memory.
     first_pixel: Vec<u64>,
-    step_cycles: u64,
     observer: &'a mut O,
 }
 
@@ -356,7 +355,7 @@ pub fn calibration(
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
         through(reference, frame, None, recorder).1
     };
-    Reference::calibration(machine, memo, refer, run, (&STREAMS, true))
+    Reference::calibration(machine, memo, refer, run, &STREAMS)
 }
 
 /// Takes a frame through a machine.
@@ -373,7 +372,7 @@ fn through<O: Observer>(
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let m = machine.resident();
-    let step = Step::new(m, frame, m.step_cycles(m.raster.lanes));
+    let step = Step::new(m, frame);
     let layout = Layout::new(frame, m, step.as_ref());
     let memory = Memory::new(layout, &STREAMS, machine, calibration);
     let mut next_pixel = 0;
@@ -395,7 +394,6 @@ fn through<O: Observer>(
         slices: vec![Slices::default(); frame.regions.len()],
         conversions: Vec::new(),
         first_pixel: first_pixel.collect(),
-        step_cycles: m.step_cycles(m.raster.lanes),
         observer,
     };
     let share = |store: &BufferSpec, owners: u32| store.capacity.0 / u64::from(owners);
@@ -523,6 +521,7 @@ const ALPHA: ActionId = work_id("alpha");
 const STOPPED: ActionId = work_id("stopped-pixel");
 const BLEND: ActionId = work_id("blend");
 const FINISH: ActionId = work_id("pixel-finish");
+const ROW: ActionId = work_id("row");
 
 /// How often everything happened.
 fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -> ActionCounts {
@@ -535,6 +534,7 @@ fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -
     let mut charge = |phase: Phase, action: ActionId, n: u64| all.charge(phase, action, n);
     let first = Phase::Preprocessing;
     charge(first, CULL, c.points);
+    charge(first, ROW, frame.up_to(c.points).rows);
     let entries = frame.entries.len() as u64 * g.entry.0;
     // What is converted late is charged to rendering below.
     let (read, written) = match m.front.lazy {
@@ -575,6 +575,7 @@ fn actions<O>(shared: &RegionShared<O>, engines: &[&EngineCounts], moved: u64) -
     charge(last, ALPHA, sum(|c| c.live));
     charge(last, STOPPED, sum(|c| c.stopped));
     charge(last, BLEND, c.blends);
+    charge(last, ROW, sum(|c| c.rows));
     let pixels: u64 = frame.regions.iter().map(|region| u64::from(region.pixels)).sum();
     charge(last, FINISH, pixels);
     charge(last, COMPOSED, sum(|c| c.composed));

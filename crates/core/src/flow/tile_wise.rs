@@ -397,8 +397,7 @@ pub fn calibration(
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
         reference::measure(workload, reference, context, memo, recorder)
     };
-    let is_apart = machine.tiles().schedule.overlap == Overlap::None;
-    Reference::calibration(machine, memo, reference::refer, run, (&STREAMS, is_apart))
+    Reference::calibration(machine, memo, reference::refer, run, &STREAMS)
 }
 
 /// Takes a frame through a machine, with what is measured of it.

@@ -84,8 +84,8 @@ impl Reference {
     /// What its run says of the memory of `machine`, where that is `calibrated`: once a frame for
     /// all machines with the same reference. `change` makes the same what does not decide which
     /// requests there are; `run` takes the reference through, and gives what the device did
-    /// ([`Memory::recording`](super::memory::Memory::recording)). `is_apart`: preprocessing ends
-    /// before the other phases begin.
+    /// ([`Memory::recording`](super::memory::Memory::recording)). Whether preprocessing ends before
+    /// the other phases begin is what [`Dataflow::overlaps`](crate::flow::Dataflow::overlaps) says.
     ///
     /// # Panics
     /// When the run has no recording, or the machine was never linked to its device.
@@ -94,7 +94,7 @@ impl Reference {
         memo: &Memo,
         change: impl FnOnce(&mut Machine),
         run: impl FnOnce(&Machine, &mut CalibrationRecorder) -> Option<Recording>,
-        (streams, is_apart): (&'static Streams, bool),
+        streams: &'static Streams,
     ) -> Option<Arc<Calibration>> {
         if machine.dram.model != DramModel::Calibrated {
             return None;
@@ -110,6 +110,7 @@ impl Reference {
             let recording = run(reference, &mut CalibrationRecorder);
             let recording = recording.expect("a run with a device has a recording");
             let device = reference.device.as_deref().expect("a machine is linked to its device");
+            let is_apart = !reference.flow().overlaps(reference);
             CalibrationFit::new(&recording, streams, device, is_apart).calibration()
         }))
     }

@@ -6,7 +6,8 @@ use crate::kernel::FrameTiming;
 use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use powergs_energy::Prices;
-use powergs_energy::action::Phase;
+use powergs_energy::action::{ActionCounts, Phase, StageId};
+use powergs_energy::hardware::Does;
 
 /// Relative tolerance of sums of energies: they are added in different orders.
 const ENERGY_TOLERANCE: f64 = 1e-9;
@@ -39,6 +40,38 @@ pub fn traffic(frame: usize, outcome: &FlowOutcome) -> Result<(), InvariantViola
     let charged = (total(DRAM_READ), total(DRAM_WRITE));
     let served = (timing.dram.read_bytes, timing.dram.write_bytes);
     if charged == served { Ok(()) } else { Err(broken("total", charged, served)) }
+}
+
+/// Everything that is counted is done by something that the machine has: work by units, accesses by
+/// buffers. What nothing does would have no price, and would be left out of the energy.
+///
+/// # Errors
+/// [`InvariantViolated::Undone`] for the first action that nothing does.
+pub fn done(
+    frame: usize,
+    actions: &ActionCounts,
+    machine: &Machine,
+) -> Result<(), InvariantViolated> {
+    let (hardware, inventory) = (hardware(), machine.inventory());
+    let has = |stage: StageId| inventory.units[stage.index()] > 0;
+    let is_done = |does| match does {
+        Does::Work(declares, work) => hardware.doers(declares, work.key).any(has),
+        Does::Clock(stage) | Does::IdleClock(stage) => has(stage),
+        Does::SramRead(buffer) | Does::SramWrite(buffer) => {
+            inventory.memories[buffer.index()].banks > 0
+        }
+        Does::DramRead | Does::DramWrite => true,
+    };
+    let mut undone = hardware.actions().filter(|(_, does)| !is_done(*does));
+    match undone.find(|(action, _)| actions.total(*action) > 0) {
+        None => Ok(()),
+        Some((action, _)) => Err(InvariantViolated::Undone {
+            frame,
+            action: hardware.key(action),
+            count: actions.total(action),
+            machine: machine.name.clone(),
+        }),
+    }
 }
 
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.

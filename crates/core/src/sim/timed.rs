@@ -49,6 +49,7 @@ pub fn time(task: &FrameTask<'_>) -> Result<Timed, SimError> {
         let n = if is_idle { cycles.idle } else { awake };
         outcome.actions.charge(stage(unit).phase, action, n);
     }
+    check::done(frame, &outcome.actions, machine)?;
     let (sh_degree, counters) = (work.sh_degree(), *work.counters());
     Ok(Timed { sh_degree, counters, clock: machine.clock, outcome })
 }

@@ -71,7 +71,9 @@ pub const UNLIKE: [&str; 19] = [
 ];
 
 /// The same of a machine with resident pixels, which has everything.
-const UNLIKE_RESIDENT: [&str; 11] = [
+const UNLIKE_RESIDENT: [&str; 13] = [
+    "region.cut=exact",
+    "raster.row-cycles=2",
     "clock=500 MHz",
     "dram.channels=1",
     "region.slices=1",

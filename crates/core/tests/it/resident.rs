@@ -2,7 +2,7 @@
 
 mod oracle;
 
-use powergs_core::flow::resident::work::{RegionShape, ResidentFrame};
+use powergs_core::flow::resident::work::{RegionEntry, RegionShape, ResidentFrame};
 use powergs_core::flow::resident::{self, Cut};
 use powergs_core::flow::{FlowOutcome, FrameTask};
 use powergs_core::kernel::Memo;
@@ -87,8 +87,25 @@ fn machine(sets: &[String]) -> Result<Machine, String> {
     Machine::parse_with(MACHINE, sets).map_err(|e| e.to_string())
 }
 
-/// Entries of a frame, pixel by pixel: region, rank, steps, pixels, live ones.
-fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 5]> {
+/// Cycles of some pixels, lane by lane: a step ends when the words of the pixels in it are through
+/// the banks.
+fn stepped(pixels: u32, shape: RegionShape) -> u32 {
+    let (mut left, mut cycles) = (pixels, 0);
+    while left > 0 {
+        let step = left.min(shape.lanes);
+        left -= step;
+        let mut words = step * shape.words;
+        cycles += 1;
+        while words > shape.banks {
+            words -= shape.banks;
+            cycles += 1;
+        }
+    }
+    cycles
+}
+
+/// Entries of a frame, pixel by pixel: region, rank, cycles, pixels, live ones, rows.
+fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 6]> {
     let camera = &frame.facts.camera;
     let of = |own: u32, image: u32| if own == 0 { image } else { own };
     let [w, h] = [of(shape.width, camera.width), of(shape.height, camera.height)];
@@ -106,20 +123,21 @@ fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 5]> {
                 let in_row = row.is_some_and(|(a, b)| (a..b).contains(&x.into()));
                 dx.abs() <= radius && dy.abs() <= radius && (shape.cut != Cut::Exact || in_row)
             };
-            let (mut pixels, mut live, mut steps) = (0, 0, 0);
+            let (mut pixels, mut live, mut cycles, mut rows) = (0, 0, 0, 0);
             for y in top..(top + h).min(camera.height) {
                 let row = (left..(left + w).min(camera.width)).filter(|&x| is_covered(x, y));
                 let row: Vec<u32> = row.collect();
                 pixels += row.len() as u32;
-                steps += (row.len() as u32).div_ceil(shape.lanes);
+                cycles += stepped(row.len() as u32, shape);
+                rows += u32::from(!row.is_empty() && shape.cut == Cut::Exact);
                 let stop = |x: u32| frame.pixels.stop_rank[(y * camera.width + x) as usize];
                 live += row.iter().filter(|&&x| rank <= stop(x)).count() as u32;
             }
             if shape.cut == Cut::Box {
-                steps = pixels.div_ceil(shape.lanes);
+                cycles = stepped(pixels, shape);
             }
             if pixels > 0 {
-                all.push([region, rank, steps, pixels, live]);
+                all.push([region, rank, cycles, pixels, live, rows]);
             }
         }
     }
@@ -128,15 +146,25 @@ fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 5]> {
 
 #[test]
 fn regions_are_those_of_a_count_pixel_by_pixel() {
-    let shapes = [(16, 16, 4), (64, 64, 16), (0, 0, 16), (0, 8, 3), (25, 64, 7), (70, 20, 64)];
+    // Width, height, lanes, words, banks.
+    let shapes = [
+        (16, 16, 4, 0, 1),
+        (64, 64, 16, 2, 16),
+        (0, 0, 16, 1, 5),
+        (0, 8, 3, 0, 1),
+        (25, 64, 7, 3, 2),
+        (70, 20, 64, 1, 8),
+    ];
     (0..4_u64).into_par_iter().for_each(|seed| {
         let frame = small_frame(seed);
-        for (width, height, lanes) in shapes {
+        for (width, height, lanes, words, banks) in shapes {
             for cut in Cut::ALL {
-                let shape = RegionShape { width, height, cut, lanes };
+                let shape = RegionShape { width, height, cut, lanes, words, banks };
                 let ours = ResidentFrame::new(&frame, shape);
                 let entries = (0..).zip(&ours.regions).flat_map(|(region, facts)| {
-                    ours.of(facts).iter().map(move |e| [region, e.rank, e.steps, e.pixels, e.live])
+                    let of =
+                        move |e: &RegionEntry| [region, e.rank, e.cycles, e.pixels, e.live, e.rows];
+                    ours.of(facts).iter().map(of)
                 });
                 let expected = naive(&frame, shape);
                 assert_eq!(entries.collect::<Vec<_>>(), expected, "seed {seed}, {shape:?}");
@@ -197,6 +225,9 @@ const CHOICES: [Choice; 34] = [
     ("front.lazy", &["false", "false", "false", "true"]),
 ];
 
+/// What those that look for the ends of rows may differ in besides.
+const ROWS: [Choice; 2] = [("raster.row-cycles", &["1", "1", "5"]), ("front.row", &["0", "13"])];
+
 /// A buffer for a tail unit.
 const TAIL_STORE: &str =
     r#"stores.tail={ capacity = "32 KiB", word = "64 B", banks = 1, ports = "1rw" }"#;
@@ -238,7 +269,12 @@ fn settings(dice: &mut Pcg64Mcg) -> Vec<String> {
         1 => &SLICES,
         _ => &[],
     };
-    CHOICES.iter().chain(more).map(|choice| draw(choice, dice)).collect()
+    let mut all: Vec<String> =
+        CHOICES.iter().chain(more).map(|choice| draw(choice, dice)).collect();
+    if all.iter().any(|set| set == "region.cut=exact") {
+        all.extend(ROWS.iter().map(|choice| draw(choice, dice)));
+    }
+    all
 }
 
 /// A machine that differs in one key, and needs the same of a frame.
@@ -358,8 +394,8 @@ fn a_step_goes_once_more_through_the_lists() {
     let mut engines = [0_u64; 2];
     for (i, region) in cut.regions.iter().enumerate() {
         let list = &cut.entries[region.start as usize..][..region.entries as usize];
-        let steps: u64 = list.iter().map(|entry| u64::from(entry.steps)).sum();
-        engines[i % 2] += (3 * steps).max(1);
+        let cycles: u64 = list.iter().map(|entry| u64::from(entry.cycles)).sum();
+        engines[i % 2] += (3 * cycles).max(1);
     }
     let most = engines.into_iter().max().expect("two");
     assert!((most..most + 200).contains(&after.reverse), "{} {most}", after.reverse);

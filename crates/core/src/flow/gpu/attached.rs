@@ -128,12 +128,14 @@ impl AttachedWork {
             blocks: Vec::with_capacity(costs.len()),
             reach: [0; 2],
             rows: 0,
-            cached: [0, filtered.misses],
+            cached: [0; 2],
             blends: 0,
             feature,
         };
         // The unit has a clock of its own, and blocks count in cycles of the GPU.
         let ratio = clock.0 / spec.clock.0;
+        // Without a cache there is none to go through.
+        let has_cache = spec.cache.capacity.0 > 0;
         for ((tile, cost), &misses) in workload.tiles.iter().zip(costs).zip(&filtered.by_tile) {
             work.blocks.push(MovedBlock {
                 items: (cost.cycles as f64 * ratio).ceil() as u64,
@@ -144,7 +146,10 @@ impl AttachedWork {
             work.reach[0] += cost.reach.slots;
             work.reach[1] += cost.reach.live;
             work.rows += cost.rows;
-            work.cached[0] += cost.entries;
+            if has_cache {
+                work.cached[0] += cost.entries;
+                work.cached[1] += u64::from(misses);
+            }
         }
         work
     }

@@ -129,7 +129,7 @@ pub fn calibration(
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
         through(reference, frame, None, recorder).1
     };
-    Reference::calibration(machine, memo, |_| {}, run, (&STREAMS, true))
+    Reference::calibration(machine, memo, |_| {}, run, &STREAMS)
 }
 
 /// Takes a frame through a machine.

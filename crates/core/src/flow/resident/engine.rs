@@ -146,6 +146,8 @@ pub struct EngineCounts {
     pub touched: u64,
     /// Pixels that were put together.
     pub composed: u64,
+    /// Rows whose ends were found.
+    pub rows: u64,
 }
 
 impl Engine {
@@ -319,6 +321,7 @@ impl Engine {
             let live: u64 = entries.iter().map(|entry| u64::from(entry.live)).sum();
             self.counts.live += live;
             self.counts.touched += live;
+            self.counts.rows += entries.iter().map(|entry| u64::from(entry.rows)).sum::<u64>();
             let lanes = u64::from(shared.machine.tail.lanes);
             tail.works = Some(now + live.div_ceil(lanes).max(u64::from(*count)));
             acted = true;
@@ -442,12 +445,13 @@ impl Engine {
                 let sum = |of: fn(&RegionEntry) -> u32| -> u64 {
                     entries.iter().map(|entry| u64::from(of(entry))).sum()
                 };
-                let (steps, pixels, live) = (sum(|e| e.steps), sum(|e| e.pixels), sum(|e| e.live));
+                let (pixels, live) = (sum(|e| e.pixels), sum(|e| e.live));
                 self.counts.live += live;
                 self.counts.stopped += pixels - live;
                 self.counts.touched += pixels;
                 self.counts.used += shared.chunk_bytes(*count);
-                let cycles = steps * shared.step_cycles;
+                self.counts.rows += sum(|e| e.rows);
+                let cycles: u64 = entries.iter().map(|e| shared.machine.entry_cycles(e)).sum();
                 self.raster = Raster::Chunks(Some(now + cycles.max(1)));
                 true
             }

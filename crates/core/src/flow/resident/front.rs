@@ -191,10 +191,7 @@ impl FrontUnit {
         let spec = &shared.machine.front;
         let cycles = match spec.lazy {
             false => spec.cycles(records, &counts),
-            true => spec.cycles(
-                records,
-                &RecordCounts { entries: counts.entries, ..RecordCounts::default() },
-            ),
+            true => spec.cycles(records, &RecordCounts { survivors: 0, splats: 0, ..counts }),
         };
         one.at = BatchAt::Work(now + cycles);
     }
@@ -221,6 +218,7 @@ impl FrontUnit {
             survivors: after.survivors - before.survivors,
             splats: after.splats - before.splats,
             entries: after.entries - before.entries,
+            rows: after.rows - before.rows,
         };
         let features = if machine.front.lazy { 0 } else { counts.splats * g.feature.0 };
         let output = features + counts.entries * g.entry.0;

@@ -1,11 +1,18 @@
 //! Parts that a machine may not have.
 
-use super::{ComposeSpec, TailSpec};
+use super::{ComposeSpec, Cut, RegionSpec, TailSpec};
 use crate::flow::steps::TRAINING;
 use crate::machine::Optional;
 
 /// All of them.
-pub(super) const OPTIONAL: [Optional; 3] = [
+pub(super) const OPTIONAL: [Optional; 4] = [
+    Optional {
+        what: "a search for the ends of rows",
+        switch: "region.cut",
+        keys: &["raster.row-cycles", "front.row"],
+        with: &["region.cut=exact"],
+        is_there: |m| m.of_type::<RegionSpec>().cut == Cut::Exact,
+    },
     Optional {
         what: "tail units",
         switch: "tail.share",

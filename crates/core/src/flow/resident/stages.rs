@@ -2,12 +2,13 @@
 
 use super::work::RecordCounts;
 use super::{
-    ComposeSpec, FrontSpec, OrderSpec, RasterSpec, Resident, StoreSpecs, TailSpec, TrainingSpec,
+    ComposeSpec, Cut, FrontSpec, OrderSpec, RasterSpec, Resident, StoreSpecs, TailSpec,
+    TrainingSpec,
 };
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
-    AlsoDecl, Bias, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
-    stage_id, work, work_id,
+    Bias, From, StageDecl, Stall, WaitDecl, also, buffer, buffer_id, double, omit, part, stage_id,
+    work, work_id,
 };
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 
@@ -15,16 +16,14 @@ use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 pub const FRONT_DECL: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<FrontSpec>().units),
     also_works: &[
-        AlsoDecl { key: "cull", a_cycle: |m| converted(m.of_type()) },
-        AlsoDecl { key: "project", a_cycle: |m| converted(m.of_type()) },
-        AlsoDecl { key: "sh-colour", a_cycle: |m| converted(m.of_type()) },
-        AlsoDecl {
-            key: "simt-operation",
-            a_cycle: |m| match m.of_type::<TrainingSpec>().interval {
-                0 => 0.0,
-                _ => f64::from(m.of_type::<FrontSpec>().operations_per_cycle),
-            },
-        },
+        also("cull").a_cycle(|m| converted(m.of_type())),
+        also("project").a_cycle(|m| converted(m.of_type())),
+        also("sh-colour").a_cycle(|m| converted(m.of_type())),
+        also("row"),
+        also("simt-operation").a_cycle(|m| match m.of_type::<TrainingSpec>().interval {
+            0 => 0.0,
+            _ => f64::from(m.of_type::<FrontSpec>().operations_per_cycle),
+        }),
     ],
     buffers: &[
         buffer("front_in", "stores.records", |m| {
@@ -55,8 +54,11 @@ pub const FRONT_DECL: StageDecl = StageDecl {
         &["front.units", "stores.records.capacity", "stores.results.capacity"],
         &["A119"],
     )],
-    omits: &[omit("Gaussians without a pixel that are converted late", Bias::Optimistic, "A119")
-        .by("front.lazy = false", |m| !m.of_type::<FrontSpec>().lazy)],
+    omits: &[
+        omit("Gaussians without a pixel that are converted late", Bias::Optimistic, "A119")
+            .by("front.lazy = false", |m| !m.of_type::<FrontSpec>().lazy),
+        omit("pointers of the lists of regions that grow", Bias::Optimistic, "A119"),
+    ],
     behind: &["A119"],
     ..StageDecl::new(
         "front",
@@ -112,15 +114,16 @@ pub const RASTER_DECL: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<RasterSpec>().engines),
     has_numbers: true,
     also_works: &[
-        AlsoDecl { key: "alpha", a_cycle: |m| f64::from(m.of_type::<RasterSpec>().lanes) },
-        AlsoDecl { key: "blend", a_cycle: |m| f64::from(m.of_type::<RasterSpec>().lanes) },
-        AlsoDecl {
-            key: "gradient-pixel",
-            a_cycle: |m| match m.of_type::<TrainingSpec>().interval {
-                0 => 0.0,
-                n => f64::from(m.of_type::<RasterSpec>().lanes) / f64::from(n),
-            },
-        },
+        also("alpha").a_cycle(|m| f64::from(m.of_type::<RasterSpec>().lanes)),
+        // A lane takes a pixel that has stopped in the slot in which it would evaluate another.
+        also("stopped-pixel"),
+        also("blend").a_cycle(|m| f64::from(m.of_type::<RasterSpec>().lanes)),
+        also("pixel-finish"),
+        also("row").a_cycle(|m| rows_a_cycle(m.resident())),
+        also("gradient-pixel").a_cycle(|m| match m.of_type::<TrainingSpec>().interval {
+            0 => 0.0,
+            n => f64::from(m.of_type::<RasterSpec>().lanes) / f64::from(n),
+        }),
     ],
     buffers: &[
         buffer("raster_in", "stores.gaussians", |m| {
@@ -142,7 +145,12 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         ),
         writes("gradients", "gradients by pixels and by entries", ["pixels", "results"]),
     ],
-    parts: &[part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes))],
+    parts: &[
+        part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes)),
+        part("rows", "Rows whose ends are found in a cycle (`region.cut = \"exact\"`).", |m| {
+            rows_a_cycle(m.resident())
+        }),
+    ],
     waits: &[
         WaitDecl {
             name: "tail",
@@ -207,8 +215,8 @@ pub const TAIL_DECL: StageDecl = StageDecl {
     }),
     has_numbers: true,
     also_works: &[
-        AlsoDecl { key: "alpha", a_cycle: |m| f64::from(m.of_type::<TailSpec>().lanes) },
-        AlsoDecl { key: "blend", a_cycle: |m| f64::from(m.of_type::<TailSpec>().lanes) },
+        also("alpha").a_cycle(|m| f64::from(m.of_type::<TailSpec>().lanes)),
+        also("blend").a_cycle(|m| f64::from(m.of_type::<TailSpec>().lanes)),
     ],
     buffers: &[buffer("tail_in", "stores.tail", |m| match m.of_type::<TailSpec>().share > 0.0 {
         true => m.of_type::<StoreSpecs>().tail.shared(m.of_type::<RasterSpec>().engines),
@@ -269,6 +277,14 @@ pub const COMPOSE_DECL: StageDecl = StageDecl {
         "Puts the depth slices of a region together. Keys: `compose`, `region.slices`.",
     )
 };
+
+/// Rows whose ends an engine finds in a cycle; 0 where they are those of a square.
+fn rows_a_cycle(m: &Resident) -> f64 {
+    match m.region.cut {
+        Cut::Box | Cut::Rows => 0.0,
+        Cut::Exact => 1.0 / f64::from(m.raster.row_cycles),
+    }
+}
 
 /// Gaussians that a unit converts in a cycle, where all have a region.
 fn converted(spec: &FrontSpec) -> f64 {
@@ -335,7 +351,9 @@ impl FrontSpec {
 
     /// Operations behind the cull.
     fn operations(&self, counts: &RecordCounts) -> u64 {
-        counts.survivors * u64::from(self.project) + counts.splats * u64::from(self.shade)
+        counts.survivors * u64::from(self.project)
+            + counts.splats * u64::from(self.shade)
+            + counts.rows * u64::from(self.row)
     }
 
     /// Cycles in which all units together convert some Gaussians, each of which survives and has a

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::work::RegionEntry;
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
 
@@ -98,6 +99,11 @@ fn one() -> u32 {
     1
 }
 
+/// The floating-point operations of a row.
+fn row_operations() -> u32 {
+    13
+}
+
 /// The `[gaussian]` table.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -139,6 +145,11 @@ pub struct FrontSpec {
     /// Operations of the colour of one with a region.
     #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
     pub shade: u32,
+    /// Operations of one row of a Gaussian in which its regions are looked for (`region.cut =
+    /// "exact"`, more than one region).
+    #[serde(default = "row_operations")]
+    #[schemars(range(min = 0, max = 100000), extend("x-unit" = "operations"))]
+    pub row: u32,
     /// List entries that one makes in a cycle.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "entries/cycle"))]
     pub entries_per_cycle: u32,
@@ -207,6 +218,10 @@ pub struct RasterSpec {
     pub chunk: u32,
     /// Bytes of a pixel while it is worked on: transmittance and colour.
     pub pixel_state: Bytes,
+    /// Cycles in which the ends of one row of a Gaussian are found (`region.cut = "exact"`).
+    #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "cycles"))]
+    pub row_cycles: u32,
     /// Whether an engine leaves a region when all of its pixels have stopped.
     #[serde(default)]
     pub saturation: bool,
@@ -301,17 +316,23 @@ impl Resident {
         self.stores.pixels.capacity.0 / u64::from(self.raster.engines)
     }
 
-    /// Cycles of a step of the lanes: each lane reads its pixel and writes it back, and pixels lie
-    /// in turn in the banks of an engine.
-    pub fn step_cycles(&self, lanes: u32) -> u64 {
+    /// Words that go through the banks of an engine for a pixel: a lane reads it and writes it
+    /// back.
+    pub fn pixel_words(&self) -> u32 {
         let pixels = &self.stores.pixels;
         let accesses = match pixels.ports {
             Ports::ReadOrWrite => 2,
             Ports::ReadAndWrite => 1,
         };
-        let words = self.raster.pixel_state.0.div_ceil(pixels.word.0.max(1));
-        let banks = u64::from(pixels.banks);
-        (u64::from(lanes) * words * accesses).div_ceil(banks.max(1))
+        let words = self.raster.pixel_state.0.div_ceil(pixels.word.0.max(1)) * accesses;
+        u32::try_from(words).unwrap_or(u32::MAX)
+    }
+
+    /// Cycles in which an engine takes an entry: those of its lanes, or those in which the ends of
+    /// its rows are found, whichever are more.
+    pub fn entry_cycles(&self, entry: &RegionEntry) -> u64 {
+        let found = u64::from(entry.rows) * u64::from(self.raster.row_cycles);
+        found.max(entry.cycles.into())
     }
 
     /// The entries of a list that the raster engine takes; the tail unit has the others.

@@ -34,6 +34,7 @@ const REVERSE: [StreamId; 2] = [STREAMS.id("reverse-in"), STREAMS.id("gradients"
 const PARAMETERS: [StreamId; 2] = [STREAMS.id("step-in"), STREAMS.id("step-out")];
 const OPERATION: ActionId = work_id("simt-operation");
 const GRADIENT: ActionId = work_id("gradient-pixel");
+const ROW: ActionId = work_id("row");
 
 /// What follows a frame.
 #[derive(Debug)]
@@ -44,20 +45,22 @@ pub struct Step {
     /// Operations of units of the front, and pixels that lanes go through in reverse.
     operations: [u64; StepPart::ALL.len()],
     pixels: u64,
+    /// Rows whose ends are found in reverse.
+    rows: u64,
     /// Bytes of a pixel while it is worked on.
     pixel_state: u64,
 }
 
 impl Step {
     /// Of a frame; `None` on machines that do not train.
-    pub fn new(m: &Resident, frame: &ResidentFrame, step_cycles: u64) -> Option<Step> {
+    pub fn new(m: &Resident, frame: &ResidentFrame) -> Option<Step> {
         let t = &m.training;
         if t.interval == 0 {
             return None;
         }
         let (fronts, engines) = (m.front.units as usize, m.raster.engines as usize);
         let mut parts = [fronts, engines, fronts, fronts].map(|units| vec![Vec::new(); units]);
-        let (g, mut pixels) = (&m.gaussian, 0);
+        let (g, mut pixels, mut rows) = (&m.gaussian, 0, 0);
         for (i, region) in frame.regions.iter().enumerate() {
             let n = u64::from(region.pixels);
             parts[0][i % fronts].push(MovedBlock {
@@ -66,11 +69,12 @@ impl Step {
                 write: n * t.state.0,
             });
             let list = &frame.entries[region.start as usize..][..region.entries as usize];
-            let steps: u64 = list.iter().map(|entry| u64::from(entry.steps)).sum();
+            let cycles: u64 = list.iter().map(|entry| m.entry_cycles(entry)).sum();
+            rows += list.iter().map(|entry| u64::from(entry.rows)).sum::<u64>();
             pixels += list.iter().map(|entry| u64::from(entry.pixels)).sum::<u64>();
             let entries = u64::from(region.entries);
             parts[1][i % engines].push(MovedBlock {
-                items: steps * step_cycles * u64::from(t.interval),
+                items: cycles * u64::from(t.interval),
                 read: m.chunk_bytes(entries) + n * t.state.0,
                 write: entries * t.record.0,
             });
@@ -87,7 +91,8 @@ impl Step {
         let sum = |part: &Vec<Vec<MovedBlock>>| part.iter().flatten().map(|b| b.items).sum::<u64>();
         let operations = [sum(&parts[0]), 0, sum(&parts[2]), sum(&parts[3])];
         let pixel_state = m.raster.pixel_state.0;
-        Some(Step { parts, rates: [rate, 1, rate, rate], operations, pixels, pixel_state })
+        let rates = [rate, 1, rate, rate];
+        Some(Step { parts, rates, operations, pixels, rows, pixel_state })
     }
 
     /// Takes it through a machine from cycle `begins` on; returns when its parts ended.
@@ -167,6 +172,7 @@ impl Step {
             }
         }
         all.charge(Phase::Rendering, GRADIENT, self.pixels);
+        all.charge(Phase::Rendering, ROW, self.rows);
         // Lanes read a pixel and write it back, as in the frame.
         all.charge(Phase::Rendering, sram_read(PIXELS), self.pixels * self.pixel_state);
         all.charge(Phase::Rendering, sram_write(PIXELS), self.pixels * self.pixel_state);

@@ -3,11 +3,12 @@
 //! A Gaussian meets a region if its footprint does: the pixels of its bounding square of 3 sigma,
 //! or, with `region.cut = "exact"`, those of its rows in which α may reach 1/255, within that
 //! square. Its pixels in the region go to the lanes in steps: together (`box`), or row by row
-//! (`rows`, `exact`), which leaves lanes empty at the end of each row.
+//! (`rows`, `exact`), which leaves lanes empty at the end of each row. A step takes a cycle, or as
+//! long as the banks need for the pixels that are in it.
 
 use rayon::prelude::*;
 
-use super::{Cut, RegionSpec};
+use super::{Cut, Resident};
 use crate::flow::{Work, WorkKey};
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, Ellipse, Splat};
@@ -27,18 +28,44 @@ pub struct RegionShape {
     pub cut: Cut,
     /// Pixels of a step.
     pub lanes: u32,
+    /// Words that a pixel takes through the banks in a step; 0 where a full step takes a cycle.
+    pub words: u32,
+    /// Banks: words in a cycle.
+    pub banks: u32,
 }
 
 impl RegionShape {
     /// That of a machine.
-    pub fn new(spec: &RegionSpec, lanes: u32) -> RegionShape {
-        RegionShape { width: spec.width, height: spec.height, cut: spec.cut, lanes }
+    pub fn new(m: &Resident) -> RegionShape {
+        let (words, banks) = (m.pixel_words(), m.stores.pixels.banks.max(1));
+        // Machines whose banks never hold a step up share their work.
+        let is_free = u64::from(m.raster.lanes) * u64::from(words) <= u64::from(banks);
+        RegionShape {
+            width: m.region.width,
+            height: m.region.height,
+            cut: m.region.cut,
+            lanes: m.raster.lanes,
+            words: if is_free { 0 } else { words },
+            banks: if is_free { 1 } else { banks },
+        }
     }
 
     /// Who shares work of this shape.
     pub fn key(&self) -> WorkKey {
-        let RegionShape { width, height, cut, lanes } = *self;
-        WorkKey { flow: super::KEY, numbers: vec![width, height, cut as u32, lanes] }
+        let RegionShape { width, height, cut, lanes, words, banks } = *self;
+        let numbers = vec![width, height, cut as u32, lanes, words, banks];
+        WorkKey { flow: super::KEY, numbers }
+    }
+
+    /// Cycles in which the lanes take some pixels, which fill one step after the other. A lane
+    /// without a pixel makes no access.
+    pub fn cycles(&self, pixels: u32) -> u32 {
+        let step = |pixels: u32| {
+            let words = u64::from(pixels) * u64::from(self.words);
+            (words.div_ceil(self.banks.into()) as u32).max(1)
+        };
+        let (full, last) = (pixels / self.lanes, pixels % self.lanes);
+        full * step(self.lanes) + if last > 0 { step(last) } else { 0 }
     }
 
     /// The shape of a key.
@@ -46,11 +73,12 @@ impl RegionShape {
     /// # Panics
     /// On a key of another dataflow.
     pub fn of(key: &WorkKey) -> RegionShape {
-        let [width, height, cut, lanes] = key.numbers[..] else {
-            panic!("a key of {} has four numbers: {key}", super::KEY)
+        let [width, height, cut, lanes, words, banks] = key.numbers[..] else {
+            panic!("a key of {} has six numbers: {key}", super::KEY)
         };
         let cut = Cut::ALL.into_iter().find(|known| *known as u32 == cut);
-        RegionShape { width, height, cut: cut.expect("a key of a shape"), lanes }
+        let cut = cut.expect("a key of a shape");
+        RegionShape { width, height, cut, lanes, words, banks }
     }
 
     /// Width and height of a region of an image.
@@ -65,12 +93,14 @@ impl RegionShape {
 pub struct RegionEntry {
     /// Its depth rank.
     pub rank: u32,
-    /// Steps of the lanes.
-    pub steps: u32,
+    /// Cycles of the lanes.
+    pub cycles: u32,
     /// Pixels of it in the region.
     pub pixels: u32,
     /// Those of them that have not stopped before.
     pub live: u32,
+    /// Rows of them whose ends must be found; 0 where the ends are those of a square.
+    pub rows: u32,
 }
 
 /// A region of the image.
@@ -97,6 +127,8 @@ pub struct RecordCounts {
     pub splats: u64,
     /// Entries of lists.
     pub entries: u64,
+    /// Rows that are looked at for the regions of those with one.
+    pub rows: u64,
 }
 
 /// A frame, cut into regions.
@@ -229,7 +261,13 @@ impl ResidentFrame {
         let mut of_splat = vec![0_u32; frame.splats.len()];
         entries.iter().for_each(|entry: &RegionEntry| of_splat[entry.rank as usize] += 1);
         let (slot, index) = slots(frame, &of_splat);
-        let storage = storage(frame, &of_splat);
+        // Where there is one region, nobody asks which ones a Gaussian meets.
+        let looks = shape.cut == Cut::Exact && regions.len() > 1;
+        let rows = |rank: usize| match (&feet[rank], looks) {
+            (Some(foot), true) => u64::from(foot.rows[1] - foot.rows[0]),
+            _ => 0,
+        };
+        let storage = storage(frame, &of_splat, rows);
         let counters = Counters {
             points: frame.facts.points,
             survivors: frame.facts.survivors,
@@ -336,11 +374,12 @@ fn row_of_regions(
         for rank in list {
             let foot = feet[rank as usize].as_ref().expect("it has pixels");
             live.advance(rank);
-            let mut entry = RegionEntry { rank, steps: 0, pixels: 0, live: 0 };
+            let mut entry = RegionEntry { rank, cycles: 0, pixels: 0, live: 0, rows: 0 };
             for y in foot.rows[0].max(top)..foot.rows[1].min(bottom) {
                 let Some([from, to]) = foot.row(y, left, right) else { continue };
                 entry.pixels += to - from;
-                entry.steps += (to - from).div_ceil(shape.lanes);
+                entry.cycles += shape.cycles(to - from);
+                entry.rows += u32::from(shape.cut == Cut::Exact);
                 entry.live += live.count(y - top, [from - left, to - left]);
             }
             if entry.pixels == 0 {
@@ -349,7 +388,7 @@ fn row_of_regions(
             // A box is cut into steps as a whole, without empty lanes at the ends of its rows
             // (A121).
             if shape.cut == Cut::Box {
-                entry.steps = entry.pixels.div_ceil(shape.lanes);
+                entry.cycles = shape.cycles(entry.pixels);
             }
             all.entries.push(entry);
             region.entries += 1;
@@ -378,14 +417,18 @@ fn slots(frame: &Frame, of_splat: &[u32]) -> (Vec<u32>, Vec<u32>) {
 
 /// Counts by blocks of records. Where a trace does not say which records survive, they are spread
 /// evenly.
-fn storage(frame: &Frame, of_splat: &[u32]) -> Vec<RecordCounts> {
+fn storage(frame: &Frame, of_splat: &[u32], rows: impl Fn(usize) -> u64) -> Vec<RecordCounts> {
     let points = frame.facts.points;
     let blocks = points.div_ceil(STORAGE_BLOCK) as usize;
     let mut all = vec![RecordCounts::default(); blocks];
-    for (splat, entries) in frame.splats.iter().zip(of_splat).filter(|(_, n)| **n > 0) {
+    for (rank, (splat, entries)) in frame.splats.iter().zip(of_splat).enumerate() {
+        if *entries == 0 {
+            continue;
+        }
         let block = &mut all[(u64::from(splat.index) / STORAGE_BLOCK) as usize];
         block.splats += 1;
         block.entries += u64::from(*entries);
+        block.rows += rows(rank);
     }
     if let Some(bits) = &frame.survivor_bits {
         for (block, bytes) in all.iter_mut().zip(bits.chunks(STORAGE_BLOCK as usize / 8)) {
@@ -396,6 +439,7 @@ fn storage(frame: &Frame, of_splat: &[u32]) -> Vec<RecordCounts> {
     for (block, end) in all.iter_mut().zip(1..) {
         sum.splats += block.splats;
         sum.entries += block.entries;
+        sum.rows += block.rows;
         sum.survivors = match frame.survivor_bits {
             Some(_) => sum.survivors + block.survivors,
             None => {

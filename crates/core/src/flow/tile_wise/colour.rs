@@ -20,7 +20,7 @@ use crate::flow::tile_wise::ccu::SH_COLOUR_WORK;
 use crate::flow::tile_wise::vru::PIXEL_FINISH;
 use crate::flow::tile_wise::{CcuSpec, CodebookSpec, Fetch};
 use crate::machine::Machine;
-use crate::stage::{AlsoDecl, DoubleDecl, StageDecl, buffer, buffer_id, part, sram_read, stage_id};
+use crate::stage::{DoubleDecl, StageDecl, also, buffer, buffer_id, part, sram_read, stage_id};
 use crate::workload::ChunkWork;
 use powergs_energy::action::{ActionCounts, BufferId, Memory, Phase, StageId};
 use powergs_energy::flops;
@@ -30,13 +30,10 @@ use powergs_frame::scene::ShDegree;
 pub const COLOUR: StageDecl = StageDecl {
     units: Some(|m| if has_units(m) { m.of_type::<VruSpec>().cores } else { 0 }),
     counted_in: Some(("ccu", "operations")),
-    also_works: &[AlsoDecl {
-        key: "sh-colour",
-        a_cycle: |m| {
-            let one = f64::from(m.of_type::<CcuSpec>().operations.sh_colour.max(1));
-            f64::from(m.of_type::<VruSpec>().colour_operations_per_cycle) / one
-        },
-    }],
+    also_works: &[also("sh-colour").a_cycle(|m| {
+        let one = f64::from(m.of_type::<CcuSpec>().operations.sh_colour.max(1));
+        f64::from(m.of_type::<VruSpec>().colour_operations_per_cycle) / one
+    })],
     parts: &[part("operations", "Operations a cycle.", |m| {
         f64::from(m.of_type::<VruSpec>().colour_operations_per_cycle)
     })],

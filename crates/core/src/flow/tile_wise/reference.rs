@@ -58,6 +58,8 @@ pub(super) fn refer(reference: &mut Machine) {
     m.schedule.assignment = Assignment::Greedy;
     let ccu = &mut m.ccu;
     (ccu.units, ccu.operations_per_cycle, ccu.intersection_units) = (CCUS, OPERATIONS, 1);
+    // Their own engines would be slower than that.
+    (ccu.cull_operations_per_cycle, ccu.colour_operations_per_cycle) = (0, 0);
     (ccu.latency, ccu.queue) = (16, 16);
     let gsu = &mut m.gsu;
     (gsu.qsu_per_core, gsu.keys_per_cycle, gsu.qsu_latency) = (4, 1, 10);

@@ -300,8 +300,7 @@ impl Engine {
                 if chunk.is_needed && chunk.job == job.number && matches!(chunk.at, Where::Here) {
                     let entries = &world.frame.entries[chunk.first as usize..];
                     let entries = &entries[..chunk.count as usize];
-                    let steps: u64 = entries.iter().map(|entry| u64::from(entry.steps)).sum();
-                    let cycles = steps * world.m.step_cycles(world.m.raster.lanes);
+                    let cycles: u64 = entries.iter().map(|e| world.m.entry_cycles(e)).sum();
                     self.raster = Raster::Works(cycles.max(1));
                 }
             }

@@ -111,7 +111,7 @@ impl Front {
         {
             self.output.used += batch.output;
             let counts = match world.m.front.lazy {
-                true => RecordCounts { entries: batch.counts.entries, ..Default::default() },
+                true => RecordCounts { survivors: 0, splats: 0, ..batch.counts },
                 false => batch.counts,
             };
             batch.at = Where::Work(world.m.front.cycles(batch.records, &counts));
@@ -135,6 +135,7 @@ impl Front {
             survivors: after.survivors - before.survivors,
             splats: after.splats - before.splats,
             entries: after.entries - before.entries,
+            rows: after.rows - before.rows,
         };
         let features = if lazy { 0 } else { counts.splats * g.feature.0 };
         let place = Place::Batch { first, records };
