@@ -354,7 +354,8 @@ impl<'a> CalibrationFit<'a> {
     }
 
     /// Mean cycles from bus time to end of the requests that find a queue of at most `longest`
-    /// cycles of their phase in front of them; 0 for streams without such requests.
+    /// cycles of their phase in front of them; without bound for streams that never found the
+    /// memory that empty, so that its full queues bound it.
     fn later(
         &self,
         costs: &[StreamCost; Streams::MOST],
@@ -371,7 +372,7 @@ impl<'a> CalibrationFit<'a> {
                 *n += 1.0;
             }
         }
-        sums.map(|(sum, n)| if n > 0.0 { sum / n } else { 0.0 })
+        sums.map(|(sum, n)| if n > 0.0 { sum / n } else { f64::INFINITY })
     }
 
     /// Commands per byte of a stream that the run had.
