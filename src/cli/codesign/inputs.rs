@@ -49,7 +49,8 @@ pub fn space(args: &CodesignArgs) -> Result<Space, Failure> {
             return Err(Failure::new(Exit::Usage, what));
         }
     };
-    let file = SpaceFile::parse(&text).usage(&origin)?;
+    let mut file = SpaceFile::parse(&text).usage(&origin)?;
+    file.machine.folder = args.space.as_deref().and_then(Path::parent).map(Path::to_path_buf);
     Ok(Space { origin, text, file })
 }
 
