@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
-use super::super::{Context, Exit, Failure, OrExit, sight};
+use super::super::{Context, Exit, Failure, OrExit, out, sight};
 use super::{CodesignArgs, LevelArg, QualityArgs, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
@@ -69,6 +69,9 @@ pub fn codesign(
         return Err(Failure::new(Exit::Usage, what));
     }
     let machines = Machines::open(&space.file.machine, &space.text, &space.origin)?;
+    for doubt in machines.base.doubts() {
+        out::complain(format_args!("warning: {doubt}"));
+    }
     let display = machines.base.display().cloned();
     let display =
         display.ok_or_else(|| Failure::new(Exit::Internal, "a system without display"))?;

@@ -17,6 +17,7 @@ use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
 use crate::flow::Work;
+use crate::flow::recorded::RecordedSpec;
 use crate::machine::Machine;
 use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
@@ -375,6 +376,12 @@ impl System {
         self.kinds().filter_map(entry).collect()
     }
 
+    /// What is right in its files and doubtful, in sentences without their ends.
+    pub fn doubts(&self) -> Vec<String> {
+        let sizes = self.read(FileKind::Machine).and_then(ConfigText::decimal_sizes);
+        sizes.into_iter().chain(doubts(&self.machine, &self.energy)).collect()
+    }
+
     /// Simulates a frame that was prepared for this machine as if it were the first of its list.
     ///
     /// # Errors
@@ -418,6 +425,14 @@ impl System {
         }
         hash.digest128()
     }
+}
+
+/// What is right in a machine and its energy table, and doubtful: prices of another unit, a run with
+/// more than the machine can do.
+pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
+    let recorded = machine.tables.get::<RecordedSpec>();
+    let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
+    run.into_iter().chain(accelergy::doubt(energy)).collect()
 }
 
 /// An invalid configuration without a file that anybody has seen.

@@ -1,5 +1,6 @@
 //! A sweep, opened and checked: its file, its space, its traces.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use super::noted::NotedFiles;
 use super::request::{StandIn, SweepRequest};
 use super::state::{FPS, State};
 use super::traces::{self, SweepTrace, TraceRequest};
-use crate::sweep::design::{Design, Rejected};
+use crate::sweep::design::{Design, DesignPriced, Rejected};
 use crate::sweep::file::{Method, SweepFile, TraceSpec};
 use crate::sweep::key::MACHINE;
 use crate::sweep::objective::Objective;
@@ -21,7 +22,7 @@ use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::machine::DramModel;
 use powergs_core::run::files::{ConfigText, DiskFiles, Files, found_as, raw};
-use powergs_core::run::system::{DEVICE, ENERGY};
+use powergs_core::run::system::{DEVICE, ENERGY, doubts};
 use powergs_core::run::{FileKind, Input, RunError};
 use toml::Value;
 
@@ -90,6 +91,13 @@ impl Designs {
     /// Labels of the energy tables.
     pub fn tables(&self) -> Vec<String> {
         self.space.energy_labels().into_iter().map(str::to_owned).collect()
+    }
+
+    /// What is right in the base machine and in the energy tables, and doubtful.
+    pub fn doubts(&self) -> Vec<String> {
+        let of = |priced: &DesignPriced| doubts(&self.base.machine, &priced.table.value);
+        let all: BTreeSet<String> = self.base.prices.iter().flat_map(of).collect();
+        all.into_iter().collect()
     }
 
     /// The dataflow of its machines.
