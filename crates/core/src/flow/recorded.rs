@@ -21,7 +21,6 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, Opener, SimError, TablesDecl, Work,
     WorkKey,
 };
-use crate::kernel::Memo;
 use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
@@ -256,10 +255,9 @@ impl Dataflow for RecordedFlow {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError> {
         let frame = frame_of(task)?;
-        let (machine, memo): (&Machine, &Memo) = (task.machine, task.memo);
         Ok(match observer {
-            None => play::run(machine, frame, memo, &mut ()),
-            Some(mut observer) => play::run(machine, frame, memo, &mut observer),
+            None => play::run(task, frame, &mut ()),
+            Some(mut observer) => play::run(task, frame, &mut observer),
         })
     }
 }

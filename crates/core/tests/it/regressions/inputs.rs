@@ -2,11 +2,17 @@
 
 use std::fs;
 use std::io::{Cursor, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use powergs_core::flow::recorded::{RecordedRun, RecordedSpec};
 use powergs_core::machine::Machine;
 use powergs_core::run::files::{DiskFiles, Files};
-use powergs_core::run::{Change, FileKind, System, SystemSpec};
+use powergs_core::run::{
+    Change, FileKind, MemoryFrames, Session, Subject, System, SystemSpec, Watch,
+};
+
+use crate::workload::support::small_frame;
 
 const MACHINE: &str = r#"
 name = "elsewhere"
@@ -124,6 +130,38 @@ fn parts_of_a_recorded_unit_were_asked_for_one_by_one() {
     for part in ["blend", "pixels", "recurrence"] {
         assert!(said.contains(&format!("`recorded.units.vru.parts.{part}`")), "{part}: {said}");
     }
+}
+
+/// Wants the run until it was asked so often.
+struct Patient {
+    asked: AtomicU32,
+}
+
+impl Watch for Patient {
+    fn is_cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) > 3
+    }
+}
+
+/// The frame takes 8.6 s of a memory with another user: minutes of simulation.
+#[test]
+fn a_long_frame_could_not_be_interrupted() {
+    let home = tempfile::tempdir().expect("a folder");
+    let path = home.path().join("mine.toml");
+    let machine = MACHINE.replace("\"bandwidth\"", "\"banked\"");
+    let machine = machine + "[dram.second-master]\nrate = \"5 GB/s\"\n";
+    fs::write(&path, machine).expect("a file");
+    let frame = small_frame(0);
+    let run = RUN.replace("00000000000000ab", &format!("{:016x}", frame.id()));
+    let run = run.replace("cycles,1000", "cycles,8589934592");
+    fs::write(home.path().join("run.csv"), run).expect("a file");
+    let system = System::named(&path.display().to_string()).expect("a machine");
+    let mut frames = MemoryFrames { name: "one".to_owned(), frames: vec![Arc::new(frame)] };
+    let watch = Patient { asked: AtomicU32::new(0) };
+    let subjects = [Subject::of(&system)];
+    let folded = Session::new(&mut frames, &watch).fold(&subjects, |_| (), |(), _| ());
+    let folded = folded.expect("no error");
+    assert!(!folded.is_complete && folded.frames == 0);
 }
 
 /// A file that both the folder of a file and the working folder might have.
