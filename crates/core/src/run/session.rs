@@ -510,8 +510,8 @@ impl<'a> Session<'a> {
     }
 }
 
-/// A frame on all machines of a group that want it: timed once, priced for each; `None` where it was
-/// not wanted any more.
+/// A frame on all machines of a group that want it: timed once, priced for each; `None` where it
+/// was not wanted any more.
 fn on_group(
     subjects: &[Subject<'_>],
     group: &SessionGroup,
@@ -549,8 +549,8 @@ fn on_group(
     Ok(Some(reports))
 }
 
-/// Times a frame on a machine; a panic is a defect that ends this run and no other. `None` where the
-/// frame was not wanted any more.
+/// Times a frame on a machine; a panic is a defect that ends this run and no other. `None` where
+/// the frame was not wanted any more.
 ///
 /// # Errors
 /// [`RunError::Incompatible`]: the machine cannot run the frame; otherwise a defect.

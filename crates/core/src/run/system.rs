@@ -427,8 +427,8 @@ impl System {
     }
 }
 
-/// What is right in a machine and its energy table, and doubtful: prices of another unit, a run with
-/// more than the machine can do.
+/// What is right in a machine and its energy table, and doubtful: prices of another unit, a run
+/// with more than the machine can do.
 pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
     let recorded = machine.tables.get::<RecordedSpec>();
     let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
