@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -355,7 +356,11 @@ pub fn codesign(
 ) -> PyResult<Codesigned> {
     const _: () = assert!(ROUNDS == 5, "the default above");
     let (text, origin) = self::space(space)?;
-    let file = SpaceFile::parse(&text).map_err(|e| Fault::from(RunError::config(&origin, e)))?;
+    let file = SpaceFile::parse(&text).map_err(|e| Fault::from(RunError::config(&origin, e)));
+    let mut file = file?;
+    if !space.is_instance_of::<PyDict>() {
+        file.machine.folder = Path::new(&origin).parent().map(Path::to_path_buf);
+    }
     let memory = budget(memory)?.unwrap_or(Budget::DEFAULT);
     let machines = Machines::open(&file.machine, &text, &origin).map_err(Fault::from)?;
     let display = machines.base.display().cloned();

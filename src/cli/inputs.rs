@@ -7,9 +7,8 @@ use std::path::Path;
 use super::camera_file::{FrameArgs, FrameRange};
 use super::replay::display_rate;
 use super::{Context, Failure, out};
-use powergs_core::run::files::{ConfigText, DiskFiles, Files};
+use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
-use powergs_energy::accelergy;
 use powergs_frame::display::Display;
 
 /// The first bytes of a trace.
@@ -67,9 +66,7 @@ pub fn system(arch: &str, sets: &[String], energy: Option<&str>) -> Result<Syste
 /// As [`system`].
 pub fn loaded(spec: &SystemSpec) -> Result<System, Failure> {
     let system = System::load(spec, &DiskFiles)?;
-    let sizes = system.read(FileKind::Machine).and_then(ConfigText::decimal_sizes);
-    let doubts = [sizes, accelergy::doubt(system.energy_table())];
-    for doubt in doubts.into_iter().flatten() {
+    for doubt in system.doubts() {
         out::complain(format_args!("warning: {doubt}"));
     }
     Ok(system)

@@ -128,6 +128,26 @@ impl SensitivityArgs {
     }
 }
 
+/// What traces are called.
+const TRACE_END: &str = "bin";
+
+impl SensitivityArgs {
+    /// Refuses a key behind `--keys KEY` that stands for itself, and would be a trace.
+    fn no_stray_key(&self) -> Result<(), Failure> {
+        let is_key =
+            |path: &&PathBuf| !path.exists() && path.extension().is_none_or(|end| end != TRACE_END);
+        let stray = self.traces.iter().find(is_key).filter(|_| !self.keys.is_empty());
+        let Some(stray) = stray.map(|path| path.display()) else { return Ok(()) };
+        let typed: Vec<&str> = self.keys.iter().map(|(typed, _)| typed.as_str()).collect();
+        let what = format!(
+            "{stray}: no such trace; if it is a key, give all of them in one list: --keys \
+             '{},{stray}'",
+            typed.join(",")
+        );
+        Err(Failure::new(Exit::BadInput, what))
+    }
+}
+
 /// What came out.
 enum SensitivityResults {
     Assumptions(Sensitivity),
@@ -145,6 +165,7 @@ pub fn run(args: &SensitivityArgs, context: &Context) -> Result<Exit, Failure> {
         );
         return Err(Failure::new(Exit::Usage, what));
     }
+    args.no_stray_key()?;
     args.csv.iter().try_for_each(|path| output_file::check(path, args.report.force))?;
     if inputs::is_trace(Path::new(&args.arch)) {
         let what = format!("{}: the machine goes first, the traces after it", args.arch);

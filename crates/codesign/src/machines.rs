@@ -1,5 +1,7 @@
 //! The machines of a space: a sweep file for every model, with the record that the model has.
 
+use std::path::Path;
+
 use toml::{Table, Value};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -7,10 +9,12 @@ use powergs_base::config::embedded::{MACHINES, find};
 use powergs_core::flow::RecordKeys;
 use powergs_core::flow::tile_wise::CodebookSpec;
 use powergs_core::machine::DramModel;
-use powergs_core::run::files::DiskFiles;
+use powergs_core::run::files::{DiskFiles, found_as};
+use powergs_core::run::system::{DEVICE, ENERGY};
 use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
 use powergs_study::sweep::SweepFile;
 use powergs_study::sweep::file::{EnergySpec, Method, Settings};
+use powergs_study::sweep::run::opened::lies_in;
 
 use super::error::CodesignError;
 use super::model::{ENTRIES, ModelPoint, RecordBytes, unreadable};
@@ -53,6 +57,8 @@ pub struct Machines {
     pub left_out: Vec<(String, String)>,
     /// Whether the energy tables are those by default.
     is_usual: bool,
+    /// What the space file calls the base machine, wherever it lies.
+    written: String,
     /// Where its files have what is stored of a Gaussian.
     record: RecordKeys,
     /// The sweep of the machine's own record.
@@ -65,13 +71,18 @@ impl Machines {
     /// # Errors
     /// [`RunError::Config`]: a machine or a display that is not there, a key that it does not have.
     pub fn open(spec: &MachineSpec, text: &str, origin: &str) -> Result<Machines, RunError> {
+        let folder = spec.folder.as_deref();
         let system = SystemSpec {
-            machine: spec.base.clone(),
-            display: Some(spec.display.clone()),
+            machine: found_as(FileKind::Machine, &spec.base, folder),
+            display: Some(found_as(FileKind::Display, &spec.display, folder)),
             ..SystemSpec::default()
         };
-        let system = System::load(&system, &DiskFiles)?;
-        let base = system.with(&changes(&spec.set, origin)?)?;
+        let in_space = |e: RunError| match e {
+            RunError::Config { .. } => RunError::config(origin, e),
+            other => other,
+        };
+        let system = System::load(&system, &DiskFiles).map_err(in_space)?;
+        let base = system.with(&changes(&spec.set, folder, origin)?).map_err(in_space)?;
         // Models decide the record.
         let flow = base.machine().flow();
         let Some(record) = flow.record() else {
@@ -84,6 +95,7 @@ impl Machines {
             return Err(RunError::config(origin, what));
         };
         let mut file = sweep_file(spec, text).map_err(|e| RunError::config(origin, e))?;
+        lies_in(&mut file, folder);
         let is_usual = file.energy.is_empty() && find(MACHINES, &spec.base).is_some();
         if is_usual {
             file.energy = usual(&base, &file);
@@ -93,7 +105,9 @@ impl Machines {
         if file.sampling.method == Method::Nsga2 {
             file.objectives.minimize = OBJECTIVES.map(str::to_owned).into();
         }
-        Ok(Machines { base, record, has_codebooks: false, left_out: Vec::new(), is_usual, file })
+        let written = spec.base.clone();
+        let (has_codebooks, left_out) = (false, Vec::new());
+        Ok(Machines { base, record, has_codebooks, left_out, is_usual, written, file })
     }
 
     /// Frames that the display shows in a second.
@@ -198,7 +212,8 @@ impl Machines {
 
     /// Hash of the machines of a model.
     pub fn id(&self, model: &ModelPoint, dram: DramModel) -> u128 {
-        let file = toml::to_string(&self.sweep(model, dram)).unwrap_or_default();
+        let file = SweepFile { base: self.written.clone(), ..self.sweep(model, dram) };
+        let file = toml::to_string(&file).unwrap_or_default();
         // A sweep is continued only with the same text.
         let text = self.file.text();
         xxh3_128(format!("{file}{:032x}{text}", self.base.id()).as_bytes())
@@ -224,7 +239,7 @@ fn usual(base: &System, file: &SweepFile) -> Vec<EnergySpec> {
     tables.into_iter().map(spec).collect()
 }
 
-fn changes(set: &Settings, origin: &str) -> Result<Vec<Change>, RunError> {
+fn changes(set: &Settings, folder: Option<&Path>, origin: &str) -> Result<Vec<Change>, RunError> {
     let change = |(key, value): &(String, Value)| {
         let others = FileKind::ALL.into_iter().filter(|kind| !kind.prefix().is_empty());
         let found = others.filter_map(|kind| Some((kind, key.strip_prefix(kind.prefix())?))).next();
@@ -232,7 +247,16 @@ fn changes(set: &Settings, origin: &str) -> Result<Vec<Change>, RunError> {
         if path.is_empty() {
             return Err(RunError::config(origin, format_args!("`machine.set`: `{key}` is no key")));
         }
-        Ok(Change { file, path: path.to_owned(), value: value.clone() })
+        let named = match (file, path) {
+            (FileKind::Machine, ENERGY) => Some(FileKind::Energy),
+            (FileKind::Machine, DEVICE) => Some(FileKind::Dram),
+            _ => None,
+        };
+        let value = match named.zip(value.as_str()) {
+            Some((kind, name)) => found_as(kind, name, folder).into(),
+            None => value.clone(),
+        };
+        Ok(Change { file, path: path.to_owned(), value })
     };
     set.0.iter().map(change).collect()
 }

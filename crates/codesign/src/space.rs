@@ -1,5 +1,7 @@
 //! The space file: axes of the model, axes of the machine, and what both may take.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -110,6 +112,10 @@ pub struct MachineSpec {
     pub constraints: Vec<String>,
     /// Which machines of the space are taken.
     pub sampling: Sampling,
+    /// Where the files lie that it names; the working folder without one.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub folder: Option<PathBuf>,
 }
 
 impl Default for MachineSpec {
@@ -124,6 +130,7 @@ impl Default for MachineSpec {
             derived: Settings::default(),
             constraints: Vec::new(),
             sampling: Sampling::default(),
+            folder: None,
         }
     }
 }

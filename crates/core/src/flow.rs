@@ -16,8 +16,8 @@ use serde_json::Value;
 use toml::Spanned;
 use toml::de::DeTable;
 
-use crate::kernel::Memo;
 use crate::kernel::timeline::Observer;
+use crate::kernel::{Halt, Memo};
 use crate::machine::check::Contradiction;
 use crate::machine::{Machine, Optional};
 use crate::stage::{self, RegisterError, StageDecl};
@@ -337,13 +337,16 @@ pub struct FrameTask<'a> {
     pub memo: &'a Memo,
     /// Memory for what is prepared further.
     pub budget: Budget,
+    /// Whether the frame is still wanted.
+    pub halt: Halt<'a>,
 }
 
 impl<'a> FrameTask<'a> {
     /// A frame as if it were the first of its trace.
     pub fn first(machine: &'a Machine, work: &'a dyn Work, memo: &'a Memo) -> FrameTask<'a> {
         let budget = Budget(powergs_base::quantity::Bytes(u64::MAX));
-        FrameTask { frame: 0, machine, work, before: None, checks_order: false, memo, budget }
+        let (before, halt) = (None, Halt::NEVER);
+        FrameTask { frame: 0, machine, work, before, checks_order: false, memo, budget, halt }
     }
 }
 

@@ -25,7 +25,7 @@ use powergs_energy::action::{BufferId, StageId};
 
 use crate::stage::Stall;
 
-pub use agents::{Agents, drive};
+pub use agents::{Agents, Halt, Halted, drive};
 pub use calibration::Calibration;
 pub use memo::{Memo, MemoKey};
 pub use unit::Unit;

@@ -320,6 +320,12 @@ impl Machine {
         Ok(machine)
     }
 
+    /// Paths of the tables that a file may leave out, or set to `"none"`, of every dataflow.
+    pub fn optional_tables() -> Vec<String> {
+        let of = |flow: &'static dyn Dataflow| config::schema::optional_tables(&schema(&[flow]));
+        flow::all().flat_map(of).collect()
+    }
+
     /// Takes over from the machine that this one is a variant of what no file has: a run that was
     /// made elsewhere.
     ///

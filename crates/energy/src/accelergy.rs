@@ -310,21 +310,31 @@ fn power(watts: f64) -> PowerPrice {
 /// No DRAM costs more, pJ a byte: LPDDR4 takes some 40 to 75.
 const DRAM_MOST: f64 = 100.0;
 
-/// What is odd about a table that was read from a reference table: a price of a word of DRAM that
-/// is taken for that of a byte.
+/// No DRAM costs less, pJ a byte, unless it is free: stacked ones take some 4.
+const DRAM_LEAST: f64 = 0.1;
+
+/// What is odd about a table: a price of a byte of DRAM that is none. In a reference table the
+/// price of a word may be taken for it; in any table a price may be in joules.
 pub fn doubt<C>(table: &EnergyTable<C>) -> Option<String> {
     let flat = table.dram.flat.as_ref()?;
-    let dearest = [&flat.read, &flat.write].into_iter().max_by(|a, b| {
-        let [a, b] = [a, b].map(|price| price.energy.0);
-        a.total_cmp(&b)
-    })?;
+    let name = &table.name;
+    let prices = || [&flat.read, &flat.write].into_iter().filter(|price| price.energy.0 > 0.0);
+    let order = |a: &&BytePrice, b: &&BytePrice| a.energy.0.total_cmp(&b.energy.0);
+    let (cheapest, dearest) = (prices().min_by(order)?, prices().max_by(order)?);
+    if cheapest.energy.0 < DRAM_LEAST {
+        return Some(format!(
+            "energy table `{name}`: a byte of DRAM costs {:e} pJ, where LPDDR4 takes 40 to 75; if \
+             its prices are in joules, multiply them by 1e12: here they are in pJ",
+            cheapest.energy.0
+        ));
+    }
     let is_odd = dearest.source == SOURCE && dearest.energy.0 > DRAM_MOST;
     is_odd.then(|| {
         format!(
-            "energy table `{}`: a byte of `dram` costs {} pJ, where LPDDR4 takes 40 to 75; if that \
-             is the price of a 64-bit word, say so: `arguments: {{bytes: 8}}` at `read` and \
+            "energy table `{name}`: a byte of `dram` costs {} pJ, where LPDDR4 takes 40 to 75; if \
+             that is the price of a 64-bit word, say so: `arguments: {{bytes: 8}}` at `read` and \
              `write`",
-            table.name, dearest.energy.0
+            dearest.energy.0
         )
     })
 }

@@ -1,5 +1,6 @@
 //! `arch check`: everything that is wrong with files.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::{Value, json};
@@ -14,7 +15,7 @@ use powergs_base::quantity::Hertz;
 use powergs_core::machine::Machine;
 use powergs_core::run::ConfigText;
 use powergs_core::run::files::{DiskFiles, is_yaml, read};
-use powergs_core::run::system::energy_table;
+use powergs_core::run::system::{self, energy_table};
 use powergs_core::sim;
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
@@ -22,7 +23,7 @@ use powergs_frame::display::Display;
 use powergs_report::document::Document;
 use powergs_scene::synth::Preset;
 use powergs_study::sweep::file::SweepFile;
-use powergs_study::sweep::run::opened::find_base;
+use powergs_study::sweep::run::opened::lies_in;
 use powergs_study::sweep::space::Space;
 
 /// What `check` found in one file.
@@ -127,8 +128,10 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, ConfigError
         let message = e.message();
         at_key("file", "recorded.file", message)
     })?;
-    link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
-    let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
+    let folder = file.folder_of(system::DEVICE, sets);
+    link_device(&mut machine, folder.as_deref()).map_err(|e| at_key("device", "dram.device", e))?;
+    let folder = file.folder_of(system::ENERGY, sets);
+    let table = read("energy table", &machine.energy, ENERGY, folder.as_deref())
         .map_err(|e| energy(e.to_string()))?;
     let parsed = energy_table(&table, machine.clock)
         .map_err(|e| energy(format!("the energy table is wrong: {e}")))?;
@@ -142,19 +145,19 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, ConfigError
 /// A sweep is right when it spans a space. Its traces are not opened.
 fn check_sweep(file: &ConfigText) -> Result<Good, ConfigError> {
     let (mut sweep, problems) = SweepFile::parse_around(&file.text)?;
-    find_base(&mut sweep, file.folder.as_deref());
+    lies_in(&mut sweep, file.folder.as_deref());
     let space = Space::whole(&sweep, problems, Arc::new(DiskFiles))?;
     let points = space.lattice().points();
     Ok(format!("sweep of {}, a space of {points} points", sweep.base).into())
 }
 
 /// Reads a DRAM device that does not come with the program.
-fn link_device(machine: &mut Machine, file: &ConfigText) -> Result<(), String> {
+fn link_device(machine: &mut Machine, folder: Option<&Path>) -> Result<(), String> {
     if machine.device.is_some() || !machine.dram.has_device() {
         return Ok(());
     }
-    let text = read("DRAM device", &machine.dram.device, DRAM, file.folder.as_deref())
-        .map_err(|e| e.to_string())?;
+    let text =
+        read("DRAM device", &machine.dram.device, DRAM, folder).map_err(|e| e.to_string())?;
     let device = Device::parse(&text.text).map_err(|e| format!("{}: {e}", text.origin))?;
     machine.link(&device).map_err(|(_, message)| message)
 }

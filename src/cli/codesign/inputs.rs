@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
-use super::super::{Context, Exit, Failure, OrExit, sight};
+use super::super::{Context, Exit, Failure, OrExit, out, sight};
 use super::{CodesignArgs, LevelArg, QualityArgs, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
@@ -49,7 +49,8 @@ pub fn space(args: &CodesignArgs) -> Result<Space, Failure> {
             return Err(Failure::new(Exit::Usage, what));
         }
     };
-    let file = SpaceFile::parse(&text).usage(&origin)?;
+    let mut file = SpaceFile::parse(&text).usage(&origin)?;
+    file.machine.folder = args.space.as_deref().and_then(Path::parent).map(Path::to_path_buf);
     Ok(Space { origin, text, file })
 }
 
@@ -68,6 +69,9 @@ pub fn codesign(
         return Err(Failure::new(Exit::Usage, what));
     }
     let machines = Machines::open(&space.file.machine, &space.text, &space.origin)?;
+    for doubt in machines.base.doubts() {
+        out::complain(format_args!("warning: {doubt}"));
+    }
     let display = machines.base.display().cloned();
     let display =
         display.ok_or_else(|| Failure::new(Exit::Internal, "a system without display"))?;

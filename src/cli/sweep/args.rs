@@ -96,6 +96,7 @@ impl Definition {
             display_fps: self.fps,
             display: self.display.clone(),
             stand_in: StandIn::default(),
+            folder: None,
         }
     }
 }

@@ -31,6 +31,9 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     for trace in sweep.traces.iter().filter(|t| t.looks_paired && !context.global.quiet) {
         out::complain(inputs::unpaired(&trace.label.label));
     }
+    for doubt in sweep.designs.doubts().into_iter().filter(|_| !context.global.quiet) {
+        out::complain(format_args!("warning: {doubt}"));
+    }
     if args.shard.is_some() && args.confirm.is_some() {
         let what = "--confirm: a part of a sweep has no front; give it to `sweep merge`";
         return Err(Failure::new(Exit::Usage, what));

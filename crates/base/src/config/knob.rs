@@ -51,6 +51,18 @@ pub fn set(table: &mut Table, path: &str, value: &Value) -> bool {
     }
 }
 
+/// Takes away what is at a path without lists, if it is there.
+pub fn remove(table: &mut Table, path: &str) {
+    match path.split_once('.') {
+        None => _ = table.remove(path),
+        Some((first, rest)) => {
+            if let Some(Value::Table(inner)) = table.get_mut(first) {
+                remove(inner, rest);
+            }
+        }
+    }
+}
+
 fn inside(
     value: &mut Value,
     rest: Option<&str>,

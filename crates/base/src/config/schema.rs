@@ -126,6 +126,26 @@ fn collect_leaves(schema: &Value, prefix: &str, found: &mut Vec<(String, Value)>
     }
 }
 
+/// The paths of all tables that may be absent, those in lists left out.
+pub fn optional_tables(root: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    collect_optional(root, "", &mut found);
+    found
+}
+
+fn collect_optional(schema: &Value, prefix: &str, found: &mut Vec<String>) {
+    for (name, sub) in properties(schema) {
+        let (path, inner) = (join(prefix, name), non_null(sub));
+        if list_item(sub).is_some() || !is_table(inner) {
+            continue;
+        }
+        if !is_required(schema, name) {
+            found.push(path.clone());
+        }
+        collect_optional(inner, &path, found);
+    }
+}
+
 /// The properties of an object schema.
 pub(super) fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
     schema.get("properties").and_then(Value::as_object).into_iter().flatten()

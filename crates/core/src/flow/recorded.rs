@@ -10,6 +10,7 @@
 //! Frames are told apart by what is in them ([`Frame::id`]), so that a run is never taken for that
 //! of another trace.
 
+mod doubt;
 pub mod file;
 mod play;
 mod tables;
@@ -20,7 +21,6 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, Opener, SimError, TablesDecl, Work,
     WorkKey,
 };
-use crate::kernel::Memo;
 use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
@@ -122,23 +122,28 @@ impl Dataflow for RecordedFlow {
         }
         for (stage, unit) in &spec.units {
             let parts: Vec<&str> = parts_of(stage).collect();
-            let lacks = parts.iter().find(|part| !unit.parts.contains_key(**part));
+            let lacks = parts.iter().copied().filter(|part| !unit.parts.contains_key(*part));
+            let lacks: Vec<&str> = lacks.collect();
             let strange = unit.parts.keys().find(|part| !parts.contains(&part.as_str()));
             let wrong =
                 unit.parts.iter().find(|(_, amount)| !(PART_MIN..PART_MAX).contains(&amount.0));
-            let message = match (units.contains(&stage.as_str()), strange, lacks, wrong) {
+            let message = match (units.contains(&stage.as_str()), strange, &lacks[..], wrong) {
                 (false, ..) => unknown("kind of unit", stage, &units),
                 (true, Some(part), ..) => unknown(&format!("part of `{stage}`"), part, &parts),
-                (true, None, Some(part), _) => format!(
-                    "how much of `{part}` has one of the {}? Set \
-                     `recorded.units.{stage}.parts.{part}`",
-                    hardware_words(stage)
-                ),
-                (true, None, None, Some((part, PartAmount(amount)))) => format!(
+                (true, None, [_, ..], _) => {
+                    let keys = |part: &&str| format!("`recorded.units.{stage}.parts.{part}`");
+                    format!(
+                        "how much of `{}` has one of the {}? Set {}",
+                        lacks.join("`, `"),
+                        hardware_words(stage),
+                        lacks.iter().map(keys).collect::<Vec<_>>().join(", ")
+                    )
+                }
+                (true, None, [], Some((part, PartAmount(amount)))) => format!(
                     "`recorded.units.{stage}.parts.{part}` = {amount} must be at least {PART_MIN} \
                      and below {PART_MAX}"
                 ),
-                (true, None, None, None) => continue,
+                (true, None, [], None) => continue,
             };
             found.add("recorded.units", message);
         }
@@ -255,10 +260,9 @@ impl Dataflow for RecordedFlow {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError> {
         let frame = frame_of(task)?;
-        let (machine, memo): (&Machine, &Memo) = (task.machine, task.memo);
         Ok(match observer {
-            None => play::run(machine, frame, memo, &mut ()),
-            Some(mut observer) => play::run(machine, frame, memo, &mut observer),
+            None => play::run(task, frame, &mut ()),
+            Some(mut observer) => play::run(task, frame, &mut observer),
         })
     }
 }

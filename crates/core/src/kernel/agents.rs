@@ -1,6 +1,7 @@
 //! Agents, and the loop that lets each act when it has something to do.
 
 use std::ops::Range;
+use std::panic::resume_unwind;
 
 use super::event_queue::EventQueue;
 use super::memory::NEVER;
@@ -21,12 +22,49 @@ pub trait Agents {
     /// Runs the memory until a request is done, at most until cycle `until`: the cycle, and the
     /// agent of the request ([`Memory::advance`](super::memory::Memory::advance)).
     fn advance(&mut self, until: u64) -> Option<(u64, u32)>;
+
+    /// Whether the frame is still wanted: what its task says.
+    fn halt(&self) -> Halt<'_> {
+        Halt::NEVER
+    }
 }
+
+/// Asks whether a frame under way is still wanted.
+#[derive(Clone, Copy)]
+pub struct Halt<'a>(Option<&'a (dyn Fn() -> bool + Sync)>);
+
+impl<'a> Halt<'a> {
+    /// It is, to its end.
+    pub const NEVER: Halt<'static> = Halt(None);
+
+    /// It is until this is true.
+    pub fn when(is_due: &'a (dyn Fn() -> bool + Sync)) -> Halt<'a> {
+        Halt(Some(is_due))
+    }
+
+    /// Unwinds with [`Halted`] if the frame is not wanted any more: half of a frame is no use to
+    /// anybody on the way, and whoever began it catches that.
+    fn look(self) {
+        if self.0.is_some_and(|is_due| is_due()) {
+            resume_unwind(Box::new(Halted));
+        }
+    }
+}
+
+/// What a frame unwinds with that nobody wants any more.
+#[derive(Debug, Clone, Copy)]
+pub struct Halted;
+
+/// Events between two looks at whether the frame is wanted: some milliseconds.
+const LOOK_EVENTS: u32 = 1 << 16;
+
+/// Cycles of the memory alone between two such looks.
+const LOOK_CYCLES: u64 = 1 << 20;
 
 /// Runs some agents from cycle `start` until none has an event left.
 pub fn drive(all: &mut impl Agents, agents: Range<usize>, start: u64) {
     let mut events = EventQueue::new(&agents, start);
-    let mut now = start;
+    let (mut now, mut acted) = (start, 0_u32);
     // What others have asked of the memory since the last phase goes before what these ask.
     while start > 0 && all.advance(start).is_some() {}
     while now != NEVER {
@@ -35,14 +73,27 @@ pub fn drive(all: &mut impl Agents, agents: Range<usize>, start: u64) {
             let wake = all.step(agent, now);
             debug_assert!(wake > now, "no event after cycle {now}");
             events.set(agent, wake);
+            acted += 1;
+            if acted == LOOK_EVENTS {
+                acted = 0;
+                all.halt().look();
+            }
             if let Some(woken) = all.woken() {
                 for other in woken.start..woken.end.min(agents.end) {
                     events.wake_by(other, now + u64::from(other <= agent));
                 }
             }
         }
-        while let Some((cycle, owner)) = all.advance(events.next_cycle()) {
-            events.wake_by(owner as usize, cycle.max(now + 1));
+        // The memory may be busy with others for long: then in pieces.
+        let mut piece = now;
+        loop {
+            let next = events.next_cycle();
+            piece = if next == NEVER { next } else { next.min(piece.saturating_add(LOOK_CYCLES)) };
+            match all.advance(piece) {
+                Some((cycle, owner)) => events.wake_by(owner as usize, cycle.max(now + 1)),
+                None if piece == next => break,
+                None => all.halt().look(),
+            }
         }
         now = events.next_cycle();
     }

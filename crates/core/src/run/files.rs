@@ -1,4 +1,8 @@
 //! Configuration files: those that come with the program, by name, and any others, by path.
+//!
+//! One rule for every path: a file that is named in a file lies beside the file that names it
+//! ([`beside`]); only what a caller names, on a command line for instance, is of the working
+//! folder. What a run reads does not depend on where it is started.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -6,13 +10,14 @@ use std::path::{Path, PathBuf};
 
 use powergs_base::config::document::TEXT_MAX;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, Embedded, MACHINES, find};
+use powergs_base::config::knob;
 use powergs_base::config::layer::{self, BASE, DEPTH_MAX, base_of, circle};
 use powergs_base::config::suggest::{by_likeness, nearest};
 use powergs_base::format::wrapped;
 
 use super::error::RunError;
 use super::input::Input;
-use crate::machine::Machine;
+use crate::machine::{Machine, NO_DEVICE};
 
 /// A kind of configuration file that a system is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -147,7 +152,8 @@ impl ConfigText {
     /// # Errors
     /// [`RunError::Config`]: a file that cannot be read, or what is wrong with it.
     pub fn attach(&mut self, machine: &mut Machine, files: &dyn Files) -> Result<(), RunError> {
-        let (flow, folder, mut attached) = (machine.flow(), self.folder.clone(), Vec::new());
+        let (flow, mut attached) = (machine.flow(), Vec::new());
+        let folder = self.folder_of(RUN_KEY, &[]);
         let read = flow.attach(machine, &mut |name| {
             let file = files.open(name, folder.as_deref())?;
             let mut again = files.open(name, folder.as_deref())?;
@@ -157,6 +163,29 @@ impl ConfigText {
         files.note(&attached);
         self.attached = attached;
         read.map_err(|e| RunError::config(&self.origin, e))
+    }
+
+    /// The folder of what a key names: that of the file in which the key stands, which may be a
+    /// base; `None`, the working folder, for a key of `sets` (`key=value`), for embedded files and
+    /// for texts in memory.
+    pub fn folder_of(&self, key: &str, sets: &[String]) -> Option<PathBuf> {
+        if sets.iter().any(|set| set.split('=').next().is_some_and(|own| own.trim() == key)) {
+            return None;
+        }
+        let states = |text: &str| {
+            let table = text.parse::<toml::Table>();
+            table.is_ok_and(|table| !knob::values(&table, key).is_empty())
+        };
+        if self.bases.is_empty() || states(self.own()) {
+            return self.folder.clone();
+        }
+        let is_embedded =
+            |name: &str| FileKind::ALL.iter().any(|kind| find(kind.embedded(), name).is_some());
+        match self.bases.iter().find(|(_, text)| states(text)) {
+            Some((origin, _)) if is_embedded(origin) => None,
+            Some((origin, _)) => Path::new(origin).parent().map(Path::to_path_buf),
+            None => self.folder.clone(),
+        }
     }
 
     /// Hashes of it, of its bases and of what was attached, as they were read.
@@ -231,9 +260,13 @@ impl ConfigText {
     }
 }
 
+/// The key of a machine file that names a run.
+pub const RUN_KEY: &str = "recorded.file";
+
 /// Where configuration files come from.
 pub trait Files: Send + Sync {
-    /// The file of this name or path; a relative path is looked for in `folder` first.
+    /// The file of this name or path; a relative path is one in `folder`, or in the working folder
+    /// where there is none ([`beside`]).
     ///
     /// # Errors
     /// [`RunError::Config`]: an unknown name (with the known ones), or a file that cannot be read
@@ -245,14 +278,13 @@ pub trait Files: Send + Sync {
         folder: Option<&Path>,
     ) -> Result<ConfigText, RunError>;
 
-    /// Opens a file that is no configuration; a relative path is looked for in `folder` first.
+    /// Opens a file that is no configuration; a relative path as in [`Files::read`].
     ///
     /// # Errors
     /// That it cannot be opened, and why.
     fn open(&self, path: &str, folder: Option<&Path>) -> Result<Box<dyn Read>, String> {
-        let beside = folder.map(|folder| folder.join(path)).filter(|beside| beside.exists());
-        let path = beside.unwrap_or_else(|| PathBuf::from(path));
-        let wrong = |e: std::io::Error| format!("{}: {e}", path.display());
+        let (name, path) = (path, beside(path, folder));
+        let wrong = |e: std::io::Error| format!("{}: {e}{}", path.display(), other(name, &path));
         // What has no end, or waits for a writer, would never be read.
         if !path.metadata().map_err(wrong)?.is_file() {
             return Err(format!("{}: not a regular file", path.display()));
@@ -311,8 +343,24 @@ fn listed(name: &str, embedded: &[Embedded]) -> String {
     format!("  {}", text.replace('\n', "\n  "))
 }
 
-/// Reads an embedded file by name, or any other by path, relative to `folder` if it is there, on
-/// the base that it names; `kind` is what messages call such a file.
+/// Where a file lies that a file in `folder` calls `name`; `None` is the working folder.
+pub fn beside(name: &str, folder: Option<&Path>) -> PathBuf {
+    folder.map_or_else(|| PathBuf::from(name), |folder| folder.join(name))
+}
+
+/// What to add where there is no file at `path`, and the working folder has one of this name.
+fn other(name: &str, path: &Path) -> String {
+    let is_other = path != Path::new(name) && !path.exists() && Path::new(name).exists();
+    match is_other {
+        true => format!(
+            "; `{name}` in the working folder is not taken: what a file names lies beside that file"
+        ),
+        false => String::new(),
+    }
+}
+
+/// Reads an embedded file by name, or any other by path, one [`beside`] where there is a `folder`,
+/// on the base that it names; `kind` is what messages call such a file.
 ///
 /// # Errors
 /// [`RunError::Config`]: an unknown name (with the known ones), a file that cannot be read as text,
@@ -340,14 +388,15 @@ pub fn raw(
     if let Some(text) = find(embedded, name) {
         return Ok(ConfigText::new(name.to_owned(), None, text.to_owned()));
     }
-    let beside = folder.map(|f| f.join(name)).filter(|p| p.exists());
-    let path = beside.unwrap_or_else(|| PathBuf::from(name));
-    let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml") || is_yaml(name);
-    if !path.exists() && !looks_like_path {
+    let path = beside(name, folder);
+    if !path.exists() && !is_path(name) {
         let message = format!("{}\n  or give a TOML file", unknown(kind, name, embedded));
         return Err(RunError::Config { place: String::new(), message });
     }
-    let text = read_text(&path)?;
+    let text = read_text(&path).map_err(|e| {
+        let message = e.message() + &other(name, &path);
+        RunError::config(path.display(), message)
+    })?;
     let folder = path.parent().map(Path::to_path_buf);
     Ok(ConfigText::new(path.display().to_string(), folder, text))
 }
@@ -370,6 +419,24 @@ pub(crate) fn read_text(path: &Path) -> Result<String, RunError> {
             format_args!("byte {at} is not UTF-8: this is not a configuration file"),
         )
     })
+}
+
+/// Whether a name looks like that of a file, and not like one that comes with the program.
+fn is_path(name: &str) -> bool {
+    name.contains(['/', '\\']) || name.ends_with(".toml") || is_yaml(name)
+}
+
+/// The name or path by which what a file in `folder` calls `name` is found from the working folder:
+/// that of an embedded file as it is, any other as a path. What is neither stays as it is, for its
+/// reader to refuse.
+pub fn found_as(kind: FileKind, name: &str, folder: Option<&Path>) -> String {
+    let is_ours = find(kind.embedded(), name).is_some();
+    let is_none = kind == FileKind::Dram && name == NO_DEVICE;
+    let path = beside(name, folder);
+    match !is_ours && !is_none && (is_path(name) || path.exists()) {
+        true => path.display().to_string(),
+        false => name.to_owned(),
+    }
 }
 
 /// Whether a file is read as a reference table of Accelergy.

@@ -23,7 +23,7 @@ use super::system::System;
 use super::watch::Watch;
 use crate::flow::tile_wise::work_key;
 use crate::flow::{FrameTask, Handed, History, Work, WorkKey};
-use crate::kernel::Memo;
+use crate::kernel::{Halt, Halted, Memo};
 use crate::machine::Machine;
 use crate::sim::{self, FrameReport, Label, Periods, Timed, paper, priced};
 use crate::workload::{FrameWorkload, Geometry};
@@ -487,7 +487,11 @@ impl<'a> Session<'a> {
             let group = &plan.groups[g];
             let frame = &window[k];
             let before = group.relay.and_then(|relay| handed[relay][k].as_ref());
-            let reports = on_group(subjects, group, frame, before)?;
+            let is_due = || self.watch.is_cancelled();
+            let halt = Halt::when(&is_due);
+            let Some(reports) = on_group(subjects, group, frame, before, halt)? else {
+                return Ok(None);
+            };
             self.watch.simulated(reports.len() as u64);
             Ok(Some(reports))
         };
@@ -506,13 +510,15 @@ impl<'a> Session<'a> {
     }
 }
 
-/// A frame on all machines of a group that want it: timed once, priced for each.
+/// A frame on all machines of a group that want it: timed once, priced for each; `None` where it
+/// was not wanted any more.
 fn on_group(
     subjects: &[Subject<'_>],
     group: &SessionGroup,
     frame: &BinnedFrame,
     before: Option<&Handed>,
-) -> Result<GroupReports, RunError> {
+    halt: Halt<'_>,
+) -> Result<Option<GroupReports>, RunError> {
     let wanted = group.subjects.iter().copied().filter(|&i| subjects[i].wants(frame.position));
     let mut timed: Option<Timed> = None;
     let mut reports = Vec::new();
@@ -523,8 +529,9 @@ fn on_group(
                     Some(timed) => timed,
                     None => {
                         let task = frame.task(system.machine(), &group.work, before);
-                        let task = FrameTask { checks_order: group.checks_order, ..task };
-                        timed.insert(time(&frame.name, &task)?)
+                        let task = FrameTask { checks_order: group.checks_order, halt, ..task };
+                        let Some(found) = time(&frame.name, &task)? else { return Ok(None) };
+                        timed.insert(found)
                     }
                 };
                 priced(frame.label(system.display()), timed, system.prices())
@@ -539,16 +546,18 @@ fn on_group(
         };
         reports.push((i, report));
     }
-    Ok(reports)
+    Ok(Some(reports))
 }
 
-/// Times a frame on a machine; a panic is a defect that ends this run and no other.
+/// Times a frame on a machine; a panic is a defect that ends this run and no other. `None` where
+/// the frame was not wanted any more.
 ///
 /// # Errors
 /// [`RunError::Incompatible`]: the machine cannot run the frame; otherwise a defect.
-pub fn time(name: &str, task: &FrameTask<'_>) -> Result<Timed, RunError> {
+pub fn time(name: &str, task: &FrameTask<'_>) -> Result<Option<Timed>, RunError> {
     match catch_unwind(AssertUnwindSafe(|| sim::time(task))) {
-        Ok(timed) => timed.map_err(|e| RunError::in_frame(name, e)),
+        Ok(timed) => timed.map(Some).map_err(|e| RunError::in_frame(name, e)),
+        Err(end) if end.is::<Halted>() => Ok(None),
         Err(panic) => {
             let text = panic.downcast_ref::<&str>().copied();
             let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));

@@ -17,12 +17,19 @@ use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
 use crate::flow::Work;
+use crate::flow::recorded::RecordedSpec;
 use crate::machine::Machine;
 use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
 use crate::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_energy::{Prices, accelergy, same_costs};
+
+/// The key of a machine file that names its energy table.
+pub const ENERGY: &str = "energy";
+
+/// The key of a machine file that names its DRAM device.
+pub const DEVICE: &str = "dram.device";
 
 /// Which system: names of files that come with the program, or paths.
 #[derive(Debug, Clone, Default)]
@@ -85,10 +92,12 @@ impl System {
         let mut machine = Machine::parse_with(&machine_file.text, &spec.sets)
             .map_err(|e| RunError::config(&origin, e))?;
         machine_file.attach(&mut machine, files)?;
-        let folder = machine_file.folder.clone();
-        let folder = folder.as_deref();
+        let folder = |key: &str| machine_file.folder_of(key, &spec.sets);
         let device_file = match machine.dram.has_device() {
-            true => Some(files.read(FileKind::Dram, &machine.dram.device, folder)?),
+            true => {
+                let folder = folder(DEVICE);
+                Some(files.read(FileKind::Dram, &machine.dram.device, folder.as_deref())?)
+            }
             false => None,
         };
         let device = match &device_file {
@@ -101,11 +110,12 @@ impl System {
         if let (Some(device), None) = (&device, &machine.device) {
             machine.link(device).map_err(|(_, message)| RunError::config(&origin, message))?;
         }
-        let energy_folder = if spec.energy.is_some() { None } else { folder };
+        let energy_folder = folder(ENERGY).filter(|_| spec.energy.is_none());
         if let Some(name) = &spec.energy {
             name.clone_into(&mut machine.energy);
         }
-        let energy_file = files.read(FileKind::Energy, &machine.energy, energy_folder)?;
+        let energy_file =
+            files.read(FileKind::Energy, &machine.energy, energy_folder.as_deref())?;
         let energy = energy_table(&energy_file, machine.clock)?;
         let prices =
             sim::cost::prices(&energy, &machine).map_err(|e| RunError::config(&origin, e))?;
@@ -138,7 +148,8 @@ impl System {
     }
 
     /// The system with some keys of its files changed. Another `energy` or `dram.device` of the
-    /// machine is read from `files`; keys of those files are changed after that.
+    /// machine is read from `files`, a relative path in the working folder; keys of those files are
+    /// changed after that.
     ///
     /// # Errors
     /// [`RunError::Config`]: a key that the file does not have, or a system that does not fit
@@ -170,7 +181,7 @@ impl System {
     }
 
     /// The system with all keys of one file as in `table`. Another `energy` or `dram.device` of the
-    /// machine is read from `files`.
+    /// machine is read from `files`, as in [`System::with_from`].
     ///
     /// # Errors
     /// As [`System::with_from`].
@@ -186,7 +197,7 @@ impl System {
             return Err(invalid(format!("the system has no {}", kind.name())));
         };
         if kind == FileKind::Machine {
-            for path in ["energy", "dram.device"] {
+            for path in [ENERGY, DEVICE] {
                 let value = |table: &Table| knob::values(table, path).pop();
                 if let Some(new) = value(table).filter(|new| value(&old).as_ref() != Some(new)) {
                     system.take_over(&Change::machine(path, new), files)?;
@@ -220,8 +231,8 @@ impl System {
     /// Takes over the file that a changed key of the machine names.
     fn take_over(&mut self, change: &Change, files: &dyn Files) -> Result<(), RunError> {
         let kind = match change.path.as_str() {
-            "energy" => FileKind::Energy,
-            "dram.device" => FileKind::Dram,
+            ENERGY => FileKind::Energy,
+            DEVICE => FileKind::Dram,
             _ => return Ok(()),
         };
         let name = knob::shown(&change.value);
@@ -230,8 +241,7 @@ impl System {
             self.files[kind as usize] = None;
             return Ok(());
         }
-        let folder = self.read(FileKind::Machine).and_then(|file| file.folder.clone());
-        let read = files.read(kind, &name, folder.as_deref())?;
+        let read = files.read(kind, &name, None)?;
         let table = match kind {
             FileKind::Energy => table_of(&read, &energy_table(&read, self.machine.clock)?)?,
             _ => read.text.parse().map_err(|e: toml::de::Error| RunError::config("", e))?,
@@ -366,6 +376,12 @@ impl System {
         self.kinds().filter_map(entry).collect()
     }
 
+    /// What is right in its files and doubtful, in sentences without their ends.
+    pub fn doubts(&self) -> Vec<String> {
+        let sizes = self.read(FileKind::Machine).and_then(ConfigText::decimal_sizes);
+        sizes.into_iter().chain(doubts(&self.machine, &self.energy)).collect()
+    }
+
     /// Simulates a frame that was prepared for this machine as if it were the first of its list.
     ///
     /// # Errors
@@ -409,6 +425,14 @@ impl System {
         }
         hash.digest128()
     }
+}
+
+/// What is right in a machine and its energy table, and doubtful: prices of another unit, a run
+/// with more than the machine can do.
+pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
+    let recorded = machine.tables.get::<RecordedSpec>();
+    let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
+    run.into_iter().chain(accelergy::doubt(energy)).collect()
 }
 
 /// An invalid configuration without a file that anybody has seen.

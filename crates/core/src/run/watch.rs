@@ -2,7 +2,8 @@
 
 /// Cancellation and progress. All methods may be called from any thread.
 pub trait Watch: Sync {
-    /// Whether the run is to stop. Work in flight is finished, finished work is kept.
+    /// Whether the run is to stop: finished work is kept. Most work in flight is finished; frames
+    /// that may take long ask on the way, and are dropped.
     fn is_cancelled(&self) -> bool {
         false
     }

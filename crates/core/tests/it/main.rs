@@ -19,6 +19,7 @@ mod pipeline;
 mod pixels;
 mod placement;
 mod recorded;
+mod regressions;
 mod resident;
 mod run;
 mod second_master;

@@ -7,7 +7,7 @@ use powergs_core::flow::recorded::{self, RecordedRun, RecordedSpec, STREAMS};
 use powergs_core::flow::{FlowOutcome, FrameTask};
 use powergs_core::kernel::dram::Dram;
 use powergs_core::kernel::memory::Ranges;
-use powergs_core::kernel::{Calibration, Memo};
+use powergs_core::kernel::{Calibration, Halt, Memo};
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
 use powergs_core::sim::{self, cost};
@@ -163,7 +163,8 @@ fn runs_equal_the_cycle_by_cycle_oracle() {
         let memo = Memo::default();
         let outcome = timed(&machine, &frame, &memo);
         let run = machine.of_type::<RecordedSpec>().run.get().expect("read");
-        let calibration = recorded::calibration(&machine, &run.frames[&frame.id()], &memo);
+        let calibration =
+            recorded::calibration(&machine, &run.frames[&frame.id()], &memo, Halt::NEVER);
         let [end, still] = stepped(&machine, &frame, calibration.as_deref());
         assert_eq!(outcome.timing.frame, end, "seed {seed}: {sets:?}\n{text}");
         let unit = &outcome.timing.units[0];

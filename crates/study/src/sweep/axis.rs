@@ -259,7 +259,7 @@ pub(super) fn between(
         if names.contains(&axis.name.as_str()) {
             found.wrong(&at, format!("a second axis called `{}`: give it a `name`", axis.name));
         }
-        if axis.has_names && Key::of(&axis.name).is_some() {
+        if axis.has_names && Key::of(&axis.name).is_some_and(|key| !key.is_part()) {
             let message = format!("`{}` is a key: give the variants another name", axis.name);
             found.wrong(&format!("{at}.name"), message);
         }

@@ -1,6 +1,8 @@
 //! Sweep files: `arch-configs/sweeps/*.toml` as they are written. What they span is a
 //! [`Space`](super::space::Space).
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +59,14 @@ pub struct SweepFile {
     #[serde(skip)]
     #[schemars(skip)]
     pub has_common_axes: bool,
+    /// Where the files lie that it names, but for `base`; the working folder without one.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub folder: Option<PathBuf>,
+    /// What was set on a command line: `key=value`, whose keys are among those of `set`.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub typed: Vec<String>,
     /// The text, for the places of problems.
     #[serde(skip)]
     #[schemars(skip)]
@@ -300,7 +310,7 @@ impl SweepFile {
 
     /// Places in the text.
     pub(super) fn places(&self) -> Places<'_> {
-        Places::new(&self.text)
+        Places::new(&self.text, &self.typed)
     }
 
     /// The text that it was read from.

@@ -10,6 +10,7 @@ use toml::{Table, Value};
 
 use super::expr;
 use super::measure::{Measure, twelve_digits};
+use powergs_base::config::layer::NONE;
 use powergs_base::config::schema::{self, schema_of};
 use powergs_base::config::suggest::nearest;
 use powergs_core::machine::Machine;
@@ -51,6 +52,8 @@ pub(super) enum Domain {
     Text,
     /// A list, as it is written.
     List,
+    /// A table that may be absent: `"none"` takes it away, its keys are keys of their own.
+    Part,
 }
 
 /// All keys of all files.
@@ -66,6 +69,14 @@ static CATALOGUE: LazyLock<BTreeMap<String, (Key, Domain)>> = LazyLock::new(|| {
         for (path, leaf) in schema::leaves(&root) {
             let key = Key { file: kind, path };
             all.insert(key.to_string(), (key, domain(&leaf)));
+        }
+        let parts = match kind {
+            FileKind::Machine => Machine::optional_tables(),
+            FileKind::Energy | FileKind::Dram | FileKind::Display => schema::optional_tables(&root),
+        };
+        for path in parts {
+            let key = Key { file: kind, path };
+            all.entry(key.to_string()).or_insert((key, Domain::Part));
         }
     }
     let machine = Key { file: FileKind::Machine, path: MACHINE.to_owned() };
@@ -124,9 +135,10 @@ impl Key {
         Key::known(name).map(|(key, _)| key)
     }
 
-    /// The names of all keys.
+    /// The names of all keys; tables that may be absent are not among them.
     pub fn all() -> impl Iterator<Item = &'static str> {
-        CATALOGUE.keys().map(String::as_str)
+        let keys = CATALOGUE.iter().filter(|(_, (_, domain))| *domain != Domain::Part);
+        keys.map(|(name, _)| name.as_str())
     }
 
     /// What its values measure; `None` for plain numbers and words.
@@ -140,6 +152,11 @@ impl Key {
     pub(super) fn domain(&self) -> &'static Domain {
         let key = self.to_string();
         &CATALOGUE.get(&key).expect("keys come from the catalogue").1
+    }
+
+    /// Whether it is a table that may be absent.
+    pub(super) fn is_part(&self) -> bool {
+        *self.domain() == Domain::Part
     }
 
     /// Whether it is the base machine itself.
@@ -204,6 +221,11 @@ impl Domain {
             (Domain::Text, other) => Err(format!("must be a text in quotes, not {other}")),
             (Domain::List, Value::Array(_)) => Ok(value.clone()),
             (Domain::List, other) => Err(format!("must be a list, not {other}")),
+            (Domain::Part, Value::String(text)) if text == NONE => Ok(value.clone()),
+            (Domain::Part, other) => Err(format!(
+                "is a table: \"{NONE}\" takes it away, its keys are set one by one, and {other} is \
+                 neither"
+            )),
         }
     }
 

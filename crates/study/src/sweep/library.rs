@@ -10,9 +10,11 @@ use toml::{Table, Value};
 use super::key::{FileKind, Key};
 use powergs_base::config::ConfigError;
 use powergs_base::config::knob;
+use powergs_base::quantity::Hertz;
 use powergs_core::machine::Machine;
-use powergs_core::run::files::Files;
+use powergs_core::run::files::{Files, is_yaml};
 use powergs_core::run::identity::content_id;
+use powergs_core::run::system::{DEVICE, ENERGY, energy_table};
 use powergs_core::run::{ConfigText, RunError};
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
@@ -26,8 +28,10 @@ const KEPT_MAX: usize = 4096;
 pub struct LibraryDocument<T> {
     /// What it says.
     pub value: T,
-    /// The folder that it lies in; `None` for files that come with the program.
-    pub folder: Option<PathBuf>,
+    /// The folder of the energy table that it names; `None` for what comes with the program.
+    pub energy_in: Option<PathBuf>,
+    /// The same of the DRAM device.
+    pub device_in: Option<PathBuf>,
     /// Every key, changes applied.
     pub table: Table,
     /// Hash of everything but name and description.
@@ -39,11 +43,19 @@ pub trait Parsed: Sized + Serialize {
     /// Which.
     const KIND: FileKind;
 
-    /// Reads and checks it.
+    /// Reads and checks its text.
     ///
     /// # Errors
     /// Everything that is wrong with it.
     fn read(text: &str) -> Result<Self, ConfigError>;
+
+    /// Reads and checks its file, for a machine with this clock.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, with its name.
+    fn of_file(file: &ConfigText, _clock: Hertz) -> Result<Self, String> {
+        Self::read(&file.text).map_err(|e| format!("{} {}: {e}", Self::KIND.name(), file.origin))
+    }
 
     /// Reads what it needs besides its file.
     ///
@@ -74,7 +86,14 @@ parsed!(
         file.attach(self, files)
     }
 );
-parsed!(EnergyTable, Energy);
+parsed!(
+    EnergyTable,
+    Energy,
+    fn of_file(file: &ConfigText, clock: Hertz) -> Result<Self, String> {
+        let kind = Self::KIND.name();
+        energy_table(file, clock).map_err(|e| format!("{kind} {e}"))
+    }
+);
 parsed!(Device, Dram);
 parsed!(Display, Display);
 
@@ -82,6 +101,27 @@ parsed!(Display, Display);
 pub(super) type LibraryChange = (&'static Key, Value);
 
 type Shelf<T> = Mutex<BTreeMap<String, Result<Arc<LibraryDocument<T>>, String>>>;
+
+/// Which file, and what is otherwise in it.
+#[derive(Clone, Copy)]
+pub(super) struct LibraryFile<'a> {
+    /// Its name, or its path.
+    pub(super) name: &'a str,
+    /// The folder of the file that names it.
+    pub(super) beside: Option<&'a Path>,
+    /// Keys that are changed.
+    pub(super) changes: &'a [LibraryChange],
+}
+
+impl<'a> LibraryFile<'a> {
+    /// A file as it is.
+    pub(super) fn plain(name: &'a str, beside: Option<&'a Path>) -> LibraryFile<'a> {
+        LibraryFile { name, beside, changes: &[] }
+    }
+}
+
+/// The clock of files that do not depend on one.
+pub(super) const ANY_CLOCK: Hertz = Hertz(1e9);
 
 /// All files of a space.
 pub(super) struct Library {
@@ -103,44 +143,46 @@ impl Library {
         }
     }
 
-    pub(super) fn machine(&self, name: &str) -> Result<Arc<LibraryDocument<Machine>>, String> {
-        self.get(&self.machines, name, None, &[])
-    }
-
-    pub(super) fn table(
+    pub(super) fn machine(
         &self,
         name: &str,
         beside: Option<&Path>,
-        changes: &[LibraryChange],
+    ) -> Result<Arc<LibraryDocument<Machine>>, String> {
+        self.get(&self.machines, LibraryFile::plain(name, beside), ANY_CLOCK)
+    }
+
+    /// An energy table for a machine with this clock: reference tables of Accelergy have leakage
+    /// per cycle.
+    pub(super) fn table(
+        &self,
+        asked: LibraryFile<'_>,
+        clock: Hertz,
     ) -> Result<Arc<LibraryDocument<EnergyTable>>, String> {
-        self.get(&self.tables, name, beside, changes)
+        self.get(&self.tables, asked, if is_yaml(asked.name) { clock } else { ANY_CLOCK })
     }
 
     pub(super) fn device(
         &self,
-        name: &str,
-        beside: Option<&Path>,
-        changes: &[LibraryChange],
+        asked: LibraryFile<'_>,
     ) -> Result<Arc<LibraryDocument<Device>>, String> {
-        self.get(&self.devices, name, beside, changes)
+        self.get(&self.devices, asked, ANY_CLOCK)
     }
 
     pub(super) fn display(
         &self,
-        name: &str,
-        changes: &[LibraryChange],
+        asked: LibraryFile<'_>,
     ) -> Result<Arc<LibraryDocument<Display>>, String> {
-        self.get(&self.displays, name, None, changes)
+        self.get(&self.displays, asked, ANY_CLOCK)
     }
 
     fn get<T: Parsed>(
         &self,
         shelf: &Shelf<T>,
-        name: &str,
-        beside: Option<&Path>,
-        changes: &[LibraryChange],
+        asked: LibraryFile<'_>,
+        clock: Hertz,
     ) -> Result<Arc<LibraryDocument<T>>, String> {
-        let mut id = format!("{name}\n{}", beside.unwrap_or(Path::new("")).display());
+        let LibraryFile { name, beside, changes } = asked;
+        let mut id = format!("{name}\n{}\n{}", beside.unwrap_or(Path::new("")).display(), clock.0);
         for (key, value) in changes {
             id.push_str(&format!("\n{}={value}", key.path));
         }
@@ -149,7 +191,7 @@ impl Library {
             return found.clone();
         }
         // Without the lock, so that others need not wait; two who make the same make it alike.
-        let made = self.make::<T>(name, beside, changes).map(Arc::new);
+        let made = self.make::<T>(asked, clock).map(Arc::new);
         let mut shelf = lock();
         if shelf.len() < KEPT_MAX {
             shelf.insert(id, made.clone());
@@ -159,13 +201,12 @@ impl Library {
 
     fn make<T: Parsed>(
         &self,
-        name: &str,
-        beside: Option<&Path>,
-        changes: &[LibraryChange],
+        asked: LibraryFile<'_>,
+        clock: Hertz,
     ) -> Result<LibraryDocument<T>, String> {
+        let LibraryFile { name, beside, changes } = asked;
         let mut file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
-        let mut value =
-            T::read(&file.text).map_err(|e| format!("{} {}: {e}", T::KIND.name(), file.origin))?;
+        let mut value = T::of_file(&file, clock)?;
         let mut table = table_of(&value)?;
         if !changes.is_empty() {
             for (key, value) in changes {
@@ -179,7 +220,9 @@ impl Library {
         }
         value.attach(&mut file, &*self.files).map_err(|e| e.to_string())?;
         let id = content_id(&value).map_err(|e| e.to_string())?;
-        Ok(LibraryDocument { value, folder: file.folder, table, id })
+        let folder = |key| file.folder_of(key, &[]).filter(|_| T::KIND == FileKind::Machine);
+        let (energy_in, device_in) = (folder(ENERGY), folder(DEVICE));
+        Ok(LibraryDocument { value, energy_in, device_in, table, id })
     }
 }
 

@@ -4,6 +4,7 @@
 //! design by putting the values of its axes on the base machine, then the derived keys, then
 //! checking everything that a machine file is checked for, then the constraints.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use toml::{Table, Value};
@@ -14,7 +15,7 @@ use super::expr::Expr;
 use super::file::{Sampling, SweepFile};
 use super::key::{FileKind, Key, get};
 use super::lattice::{Lattice, LatticeSide};
-use super::library::{Library, LibraryChange, LibraryDocument};
+use super::library::{Library, LibraryChange, LibraryDocument, LibraryFile};
 use super::sample;
 use powergs_base::config::{ConfigError, Problem};
 use powergs_core::machine::Machine;
@@ -46,6 +47,8 @@ pub struct Space {
     axes: Vec<Axis>,
     lattice: Lattice,
     base: String,
+    /// [`SweepFile::folder`].
+    folder: Option<PathBuf>,
     set: Vec<LibraryChange>,
     derived: Vec<Derived>,
     constraints: Vec<Constraint>,
@@ -141,7 +144,11 @@ impl Space {
         let axes: Vec<(usize, Axis)> = file.axes.iter().enumerate().filter_map(read).collect();
         let mut derived = derive::read(&file.derived, found);
         let mut taken: Vec<(String, &'static Key)> = Vec::new();
-        taken.extend(set.iter().map(|(key, _)| ("`set`".to_owned(), *key)));
+        let by = |key: &Key| match found.places.typed(&key.to_string()) {
+            Some(_) => "`--set`",
+            None => "`set`",
+        };
+        taken.extend(set.iter().map(|(key, _)| (by(key).to_owned(), *key)));
         taken.extend(derived.iter().map(|d| ("`derived`".to_owned(), d.key)));
         axis::between(&axes, &taken, found);
         let mut energy: Vec<Energy> = Vec::new();
@@ -167,6 +174,7 @@ impl Space {
             axes,
             lattice: lattice?,
             base: file.base.clone(),
+            folder: file.folder.clone(),
             set,
             derived,
             constraints,
@@ -378,7 +386,7 @@ fn own_label(file: &SweepFile, library: &Library) -> Option<String> {
         return None;
     }
     let set = file.set.0.iter().find(|(key, _)| key == ENERGY).map(|(_, value)| value.clone());
-    let own = || get(&library.machine(&file.base).ok()?.table, ENERGY).cloned();
+    let own = || get(&library.machine(&file.base, None).ok()?.table, ENERGY).cloned();
     let name = set.or_else(own)?;
     let stem = std::path::Path::new(name.as_str()?).file_stem()?.to_str()?.to_owned();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);

@@ -3,6 +3,7 @@
 mod analysis;
 mod estimators;
 mod extract;
+mod regressions;
 mod replay;
 mod sensitivity;
 mod slurm;

@@ -12,7 +12,9 @@
 //!   phase of its stage, or for `phase`.
 //!
 //! Rows may end where nothing else is said, and those of one frame need not stand together. Cycles
-//! are counted from 0, as if the memory answered at once.
+//! are counted from 0, as if the memory answered at once. Texts may have quotes, whole numbers may
+//! be written as `10.0` or `1e+05`, and `NA` or `NaN` is a cell without a value: so tables of R and
+//! pandas have them.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
@@ -29,6 +31,10 @@ use powergs_energy::hardware::Does;
 
 /// The longest frame that is believed, cycles.
 pub const CYCLES_MAX: u64 = 1 << 40;
+
+/// The most that is believed of a count: up to here numbers in results are exact, and no sum of
+/// them is too large.
+pub const COUNT_MAX: u64 = 1 << 53;
 
 /// First byte behind all addresses that are believed.
 pub const ADDRESS_END: u64 = 1 << 40;
@@ -133,26 +139,33 @@ fn stream(phase: Phase, is_write: bool) -> StreamId {
     STREAMS.all().find(wanted).expect("each phase of work has both")
 }
 
-/// Everything that is read, on its way through a hash, line by line.
+/// Everything that is read, on its way through a hash, row by row.
 struct HashedReader<R> {
     from: R,
     hash: Xxh3,
-    /// Bytes since the last end of a line.
-    line: usize,
+    /// Bytes since the last end of a row.
+    row: usize,
+    /// Whether a text in quotes goes on, in which no row ends.
+    is_quoted: bool,
 }
 
 impl<R: Read> Read for HashedReader<R> {
     fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
         let n = self.from.read(to)?;
         self.hash.update(&to[..n]);
-        for part in to[..n].split_inclusive(|byte| *byte == b'\n') {
-            self.line += part.len();
-            if self.line > LINE_MAX {
-                let what = format!("a line of more than {LINE_MAX} bytes: this is no run");
+        for byte in &to[..n] {
+            self.row += 1;
+            if self.row > LINE_MAX {
+                let what = format!(
+                    "a line of more than {LINE_MAX} bytes, or a text whose quotes do not end: this \
+                     is no run"
+                );
                 return Err(std::io::Error::other(what));
             }
-            if part.ends_with(b"\n") {
-                self.line = 0;
+            match byte {
+                b'"' => self.is_quoted = !self.is_quoted,
+                b'\n' if !self.is_quoted => self.row = 0,
+                _ => {}
             }
         }
         Ok(n)
@@ -166,15 +179,16 @@ struct RunRow<'a> {
 }
 
 impl<'a> RunRow<'a> {
-    /// A cell; empty where the file has no such column.
+    /// A cell; empty where the file has no such column, or says that it has no value.
     fn cell(&self, column: usize) -> &'a str {
-        self.columns[column].and_then(|at| self.cells.get(at)).unwrap_or("").trim()
+        let cell = self.columns[column].and_then(|at| self.cells.get(at)).unwrap_or("").trim();
+        if ["NA", "NaN", "nan"].contains(&cell) { "" } else { cell }
     }
 
     fn number(&self, column: usize, most: u64) -> Result<u64, String> {
         let (cell, name) = (self.cell(column), COLUMNS[column]);
         let given = if cell.is_empty() { "nothing".to_owned() } else { format!("`{cell}`") };
-        let number = cell.parse().ok().filter(|n| *n <= most);
+        let number = cell.parse().ok().or_else(|| whole_number(cell)).filter(|n| *n <= most);
         number.ok_or_else(|| format!("`{name}` must be a whole number up to {most}, not {given}"))
     }
 
@@ -193,14 +207,21 @@ impl<'a> RunRow<'a> {
     }
 }
 
+/// A whole number that is written as others are: `10.0`, `1e+05`; exact up to [`COUNT_MAX`].
+fn whole_number(cell: &str) -> Option<u64> {
+    let number: f64 = cell.parse().ok()?;
+    let is_whole = number.fract() == 0.0 && (0.0..=COUNT_MAX as f64).contains(&number);
+    is_whole.then_some(number as u64)
+}
+
 impl RecordedRun {
     /// Reads a run.
     ///
     /// # Errors
     /// The first thing that is wrong, with its line.
     pub fn read(from: impl Read) -> Result<RecordedRun, String> {
-        let hashed = HashedReader { from, hash: Xxh3::new(), line: 0 };
-        let mut table = csv::ReaderBuilder::new().flexible(true).quoting(false).from_reader(hashed);
+        let hashed = HashedReader { from, hash: Xxh3::new(), row: 0, is_quoted: false };
+        let mut table = csv::ReaderBuilder::new().flexible(true).from_reader(hashed);
         let head = table.headers().map_err(|e| e.to_string())?;
         let (width, columns) = (head.len(), columns(head)?);
         let names = all_names();
@@ -294,7 +315,8 @@ fn columns(head: &StringRecord) -> Result<[Option<usize>; COLUMNS.len()], String
         let name = name.trim_start_matches('\u{feff}').trim();
         let Some(column) = COLUMNS.iter().position(|known| *known == name) else {
             let known = COLUMNS.join(", ");
-            return Err(format!("line 1: no column `{name}` in the file of a run: {known}"));
+            let rows = if name.is_empty() { " (numbers of rows? leave them out)" } else { "" };
+            return Err(format!("line 1: no column `{name}`{rows} in the file of a run: {known}"));
         };
         if places[column].replace(at).is_some() {
             return Err(format!("line 1: the column `{name}` is there twice"));
@@ -334,13 +356,13 @@ fn add(
             }
         }
         Some(Said::Busy(stage)) => {
-            if frame.busy.insert(*stage, row.number(2, u64::MAX)?).is_some() {
+            if frame.busy.insert(*stage, row.number(2, COUNT_MAX)?).is_some() {
                 return Err(twice());
             }
         }
         Some(Said::Action(action)) => {
             let phase = row.phase()?.unwrap_or_else(|| phase_of(*action));
-            if frame.counts.insert((phase, *action), row.number(2, u64::MAX)?).is_some() {
+            if frame.counts.insert((phase, *action), row.number(2, COUNT_MAX)?).is_some() {
                 return Err(twice());
             }
         }

@@ -9,12 +9,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::{RecordedFrame, RecordedSpec, STREAMS};
-use crate::flow::FlowOutcome;
+use crate::flow::{FlowOutcome, FrameTask};
 use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
 use crate::kernel::ledger::{Account, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::timeline::{Observer, State};
-use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, UnitCycles, drive};
+use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, UnitCycles, drive};
 use crate::machine::Machine;
 use crate::stage::{DRAM_READ, DRAM_WRITE, Stall, hardware, stage};
 use powergs_energy::action::{ActionCounts, StageId};
@@ -46,6 +46,7 @@ struct RunReplay<'a, O> {
     /// Of the units of each kind, with what they say when they wait for the memory.
     accounts: Vec<(Account, Stall)>,
     observer: &'a mut O,
+    halt: Halt<'a>,
 }
 
 impl<O: Observer> RunReplay<'_, O> {
@@ -118,6 +119,10 @@ impl<O: Observer> kernel::Agents for RunReplay<'_, O> {
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         self.memory.advance(until)
     }
+
+    fn halt(&self) -> Halt<'_> {
+        self.halt
+    }
 }
 
 /// What a run on its device says of a machine's memory, where that is `calibrated`.
@@ -125,22 +130,23 @@ pub fn calibration(
     machine: &Machine,
     frame: &RecordedFrame,
     memo: &Memo,
+    halt: Halt<'_>,
 ) -> Option<Arc<Calibration>> {
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
-        through(reference, frame, None, recorder).1
+        through(reference, frame, None, halt, recorder).1
     };
     Reference::calibration(machine, memo, |_| {}, run, &STREAMS)
 }
 
 /// Takes a frame through a machine.
 pub(super) fn run<O: Observer>(
-    machine: &Machine,
+    task: &FrameTask<'_>,
     frame: &RecordedFrame,
-    memo: &Memo,
     observer: &mut O,
 ) -> FlowOutcome {
-    let calibration = calibration(machine, frame, memo);
-    through(machine, frame, calibration.as_deref(), observer).0
+    let FrameTask { machine, memo, halt, .. } = *task;
+    let calibration = calibration(machine, frame, memo, halt);
+    through(machine, frame, calibration.as_deref(), halt, observer).0
 }
 
 /// What units of a kind say when they wait for the memory.
@@ -152,6 +158,7 @@ fn through<O: Observer>(
     machine: &Machine,
     frame: &RecordedFrame,
     calibration: Option<&Calibration>,
+    halt: Halt<'_>,
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let spec: &RecordedSpec = machine.of_type();
@@ -181,6 +188,7 @@ fn through<O: Observer>(
         end: 0,
         accounts: units.iter().map(|(id, _)| (Account::new(*id, 0), waits(*id))).collect(),
         observer,
+        halt,
     };
     drive(&mut replay, 0..1, 0);
     let end = replay.end;

@@ -16,6 +16,7 @@ use super::watch::SweepWatch;
 use super::work::{ResultSink, work};
 use crate::sweep::table::Cell;
 use powergs_base::format::counted;
+use powergs_core::kernel::Halt;
 use powergs_core::run::{RunError, Window};
 
 /// Designs that are confirmed at most.
@@ -107,7 +108,7 @@ fn announce(
     let start = frames.range().start;
     let window = Window::bin(frames, &key, start, 1)?;
     let began = Instant::now();
-    Running::new(vec![design], 1).frames(&window, fps);
+    Running::new(vec![design], 1).frames(&window, fps, Halt::NEVER);
     let threads = rayon::current_num_threads().min(machines.len());
     let seconds = began.elapsed().as_secs_f64() * machine_frames as f64 / threads as f64;
     if seconds > PATIENCE_S {

@@ -12,6 +12,7 @@ use super::running::Running;
 use super::watch::SweepWatch;
 use crate::sweep::design::Design;
 use powergs_core::flow::WorkKey;
+use powergs_core::kernel::Halt;
 use powergs_core::run::{RunError, Window};
 
 /// Points that are planned; of a larger space this many are a sample.
@@ -200,7 +201,7 @@ impl Times {
     fn of(&mut self, designs: &[Design], window: &Window, display_fps: f64, began: Instant) {
         let timed = |design: &Design| {
             let started = Instant::now();
-            Running::new(vec![design.clone()], 1).frames(window, display_fps);
+            Running::new(vec![design.clone()], 1).frames(window, display_fps, Halt::NEVER);
             started.elapsed().as_secs_f64()
         };
         let mut cold = Vec::new();

@@ -1,5 +1,6 @@
 //! A sweep, opened and checked: its file, its space, its traces.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,8 +10,9 @@ use super::noted::NotedFiles;
 use super::request::{StandIn, SweepRequest};
 use super::state::{FPS, State};
 use super::traces::{self, SweepTrace, TraceRequest};
-use crate::sweep::design::{Design, Rejected};
+use crate::sweep::design::{Design, DesignPriced, Rejected};
 use crate::sweep::file::{Method, SweepFile, TraceSpec};
+use crate::sweep::key::MACHINE;
 use crate::sweep::objective::Objective;
 use crate::sweep::space::Space;
 use crate::sweep::table::{Cell, Column, TraceLabel};
@@ -19,8 +21,9 @@ use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::machine::DramModel;
-use powergs_core::run::files::{ConfigText, DiskFiles, Files, raw};
-use powergs_core::run::{Input, RunError};
+use powergs_core::run::files::{ConfigText, DiskFiles, Files, found_as, raw};
+use powergs_core::run::system::{DEVICE, ENERGY, doubts};
+use powergs_core::run::{FileKind, Input, RunError};
 use toml::Value;
 
 /// What a sweep file spans, and the base machine.
@@ -90,6 +93,13 @@ impl Designs {
         self.space.energy_labels().into_iter().map(str::to_owned).collect()
     }
 
+    /// What is right in the base machine and in the energy tables, and doubtful.
+    pub fn doubts(&self) -> Vec<String> {
+        let of = |priced: &DesignPriced| doubts(&self.base.machine, &priced.table.value);
+        let all: BTreeSet<String> = self.base.prices.iter().flat_map(of).collect();
+        all.into_iter().collect()
+    }
+
     /// The dataflow of its machines.
     pub fn flow(&self) -> &'static str {
         self.base.machine.flow().key()
@@ -152,7 +162,6 @@ impl OpenedSweep<'static> {
     pub fn open(request: &SweepRequest) -> Result<OpenedSweep<'static>, RunError> {
         let name = request.file.as_str();
         let (text, mut file, problems) = asked_file(request)?;
-        let folder = text.folder.as_deref();
         let files = NotedFiles::new(Arc::new(DiskFiles));
         let shared: Arc<dyn Files> = Arc::new(files.clone());
         let mut designs = Designs::new(&file, problems, &shared, &text.origin)?;
@@ -181,7 +190,7 @@ impl OpenedSweep<'static> {
             set(&mut file, MODEL, DramModel::Banked.name());
             banked = Some(Designs::new(&file, Vec::new(), &shared, &text.origin)?);
         }
-        let traces = traces::open(&wanted(&file, request), folder, request.frames)?;
+        let traces = traces::open(&wanted(&file, request), request.frames)?;
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
         asked.extend(request.points.map(|n| format!("--points {n}")));
@@ -279,22 +288,23 @@ fn asked_file(request: &SweepRequest) -> Result<(ConfigText, SweepFile, Vec<Prob
     let text = raw("sweep", &request.file, SWEEPS, None)?;
     let parsed = SweepFile::parse_around(&text.text);
     let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
-    change(&mut file, request, text.folder.as_deref())?;
+    lies_in(&mut file, text.folder.as_deref());
+    change(&mut file, request)?;
     Ok((text, file, problems))
 }
 
 /// What a request changes in a sweep file.
-fn change(
-    file: &mut SweepFile,
-    request: &SweepRequest,
-    folder: Option<&Path>,
-) -> Result<(), RunError> {
+fn change(file: &mut SweepFile, request: &SweepRequest) -> Result<(), RunError> {
+    let folder = request.folder();
+    let folder = folder.as_deref();
     for set in &request.sets {
         let (key, value) = set
             .split_once('=')
             .ok_or_else(|| RunError::Request(format!("--set {set}: write KEY=VALUE")))?;
-        set_value(file, key.trim(), knob::written(value.trim()));
+        let (key, value) = (key.trim(), knob::written(value.trim()));
+        set_value(file, key, typed(key, value, folder));
     }
+    file.typed.clone_from(&request.sets);
     if let Some(model) = &request.dram_model {
         set(file, MODEL, model);
     }
@@ -305,29 +315,47 @@ fn change(
         file.display_fps = fps;
     }
     if let Some(display) = &request.display {
-        file.display = Some(display.clone());
+        file.display = Some(found_as(FileKind::Display, display, folder));
     }
-    find_base(file, folder);
     Ok(())
 }
 
-/// A machine file beside the sweep file is found from anywhere.
-pub fn find_base(file: &mut SweepFile, folder: Option<&Path>) {
-    let beside = folder.map(|f| f.join(&file.base)).filter(|p| p.is_file());
-    if let Some(path) = beside {
-        file.base = path.display().to_string();
+/// A value that somebody typed in `folder`: a file that it names lies there, not beside the sweep
+/// file.
+fn typed(key: &str, value: Value, folder: Option<&Path>) -> Value {
+    let kind = match key {
+        MACHINE => FileKind::Machine,
+        ENERGY => FileKind::Energy,
+        DEVICE => FileKind::Dram,
+        _ => return value,
+    };
+    match value.as_str() {
+        Some(name) => found_as(kind, name, folder).into(),
+        None => value,
     }
+}
+
+/// The files that a sweep file names lie in its folder.
+pub fn lies_in(file: &mut SweepFile, folder: Option<&Path>) {
+    file.base = found_as(FileKind::Machine, &file.base, folder);
+    file.folder = folder.map(Path::to_path_buf);
 }
 
 fn wanted(file: &SweepFile, request: &SweepRequest) -> Vec<TraceRequest> {
     let of_file = |t: &TraceSpec| TraceRequest {
         pattern: t.path.clone(),
+        folder: file.folder.clone(),
         label: t.label.clone(),
         weight: t.weight,
     };
     if request.traces.is_empty() {
         return file.traces.iter().map(of_file).collect();
     }
-    let typed = request.traces.iter();
-    typed.map(|p| TraceRequest { pattern: p.clone(), label: None, weight: 1.0 }).collect()
+    let typed = |pattern: &String| TraceRequest {
+        pattern: pattern.clone(),
+        folder: None,
+        label: None,
+        weight: 1.0,
+    };
+    request.traces.iter().map(typed).collect()
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use powergs_core::run::files::{DiskFiles, Files};
+use powergs_core::run::files::{DiskFiles, Files, RUN_KEY, is_yaml};
 use powergs_core::run::{ConfigText, FileKind, Frames, RunError, Store, System};
 use toml::Value;
 
@@ -128,7 +128,17 @@ impl Sweep {
     /// [`RunError::Config`]: as [`Sweep::open`].
     pub fn designs(&self) -> Result<Designs, RunError> {
         let files: Arc<dyn Files> = Arc::new(BaseFiles { base: self.base.clone() });
-        Designs::new(&self.file()?, Vec::new(), &files, &self.name)
+        Designs::new(&self.file()?, Vec::new(), &files, &self.name).map_err(|e| self.told(e))
+    }
+
+    /// An error with the machine that the axes are over: who names none has not seen it.
+    fn told(&self, error: RunError) -> RunError {
+        match error {
+            RunError::Config { place, message } if place == self.name => {
+                RunError::Config { place: format!("axes over `{place}`"), message }
+            }
+            other => other,
+        }
     }
 
     /// Checks the sweep on these frames.
@@ -155,7 +165,7 @@ impl Sweep {
         };
         let traces = lists.into_iter().map(trace).collect::<Result<_, _>>()?;
         let files = Arc::new(BaseFiles { base: self.base.clone() });
-        OpenedSweep::of(&self.name, file, files, traces)
+        OpenedSweep::of(&self.name, file, files, traces).map_err(|e| self.told(e))
     }
 
     /// Simulates every design on every frame, as far as `store` does not know it, and returns the
@@ -215,6 +225,8 @@ impl Sweep {
             constraints: self.constraints.clone(),
             sampling: self.sampling.clone(),
             has_common_axes: false,
+            folder: None,
+            typed: Vec::new(),
             text: String::new(),
         };
         let text = toml::to_string(&file).map_err(|e| RunError::Internal(e.to_string()))?;
@@ -275,8 +287,11 @@ impl Files for BaseFiles {
         };
         match self.base.table(kind).filter(|_| own) {
             Some(table) => {
-                let folder = self.base.read(kind).and_then(|file| file.folder.clone());
-                Ok(ConfigText::new(name.to_owned(), folder, table.to_string()))
+                // What it names further is known here, but for a run, which lies where it is named.
+                let folder = self.base.read(kind).and_then(|file| file.folder_of(RUN_KEY, &[]));
+                // It is TOML, whatever it was read from.
+                let origin = if is_yaml(name) { format!("{name} as TOML") } else { name.into() };
+                Ok(ConfigText::new(origin, folder, table.to_string()))
             }
             None => DiskFiles.read(kind, name, folder),
         }

@@ -1,5 +1,7 @@
 //! Which sweep is asked for.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -31,6 +33,9 @@ pub struct SweepRequest {
     /// What takes the place of `banked`, where no model is named.
     #[serde(default)]
     pub stand_in: StandIn,
+    /// Where the files lie that `sets` and `display` name; without one the working folder.
+    #[serde(default)]
+    pub folder: Option<PathBuf>,
 }
 
 /// When `calibrated` takes the place of a machine's `banked`.
@@ -55,19 +60,25 @@ impl SweepRequest {
         SweepRequest { file: file.to_owned(), ..SweepRequest::default() }
     }
 
+    /// Where the files lie that it names, from anywhere.
+    pub(super) fn folder(&self) -> Option<PathBuf> {
+        self.folder.clone().or_else(|| std::path::absolute(".").ok())
+    }
+
     /// Keeps the request, so that the sweep can be opened from its folder alone and from anywhere.
     ///
     /// # Errors
     /// [`RunError::Output`]: the store cannot be written.
     pub fn remember(&self, store: &dyn Store) -> Result<(), RunError> {
         let absolute = |path: &str| {
-            let exists = std::path::Path::new(path).exists() || path.contains(['*', '?', '[']);
+            let exists = std::path::Path::new(path).exists() || path.contains(['*', '?']);
             let whole = std::path::absolute(path).ok().filter(|_| exists);
             whole.map_or(path.to_owned(), |p| p.display().to_string())
         };
         let whole = SweepRequest {
             file: absolute(&self.file),
             traces: self.traces.iter().map(|t| absolute(t)).collect(),
+            folder: self.folder(),
             ..self.clone()
         };
         let text = serde_json::to_string_pretty(&whole);

@@ -3,7 +3,8 @@
 use crate::sweep::design::{Design, DesignPriced};
 use crate::sweep::outcome::Accumulator;
 use crate::sweep::record::Record;
-use powergs_core::flow::{History, WorkKey};
+use powergs_core::flow::{FrameTask, History, WorkKey};
+use powergs_core::kernel::Halt;
 use powergs_core::run::session::{BinnedFrame, time};
 use powergs_core::run::{RunError, Window};
 use powergs_core::sim::priced;
@@ -19,6 +20,8 @@ pub struct Running {
     /// Per design, per energy table.
     sums: Vec<Vec<Accumulator>>,
     failed: Option<RunError>,
+    /// Whether a frame was left half done, as nobody wants it any more.
+    is_halted: bool,
 }
 
 impl Running {
@@ -28,25 +31,40 @@ impl Running {
         let sums = designs.iter().map(|d| vec![Accumulator::default(); d.prices.len()]).collect();
         let machine = &designs[0].machine;
         let (work, history) = (machine.flow().work_key(machine), History::default());
-        Running { designs, work, history, eyes, sums, failed: None }
+        Running { designs, work, history, eyes, sums, failed: None, is_halted: false }
     }
 
     /// Does the frames of a window; the windows of a trace must come in order. A frame that breaks
-    /// off fails the designs, and nothing else.
-    pub fn frames(&mut self, window: &Window, display_fps: f64) {
+    /// off fails the designs, and nothing else; one that `halt` ends is the last one.
+    pub fn frames(&mut self, window: &Window, display_fps: f64, halt: Halt<'_>) {
         for frame in &window.frames {
-            if self.failed.is_some() {
+            if self.failed.is_some() || self.is_halted {
                 return;
             }
-            self.failed = self.frame(frame, display_fps).err();
+            match self.frame(frame, display_fps, halt) {
+                Ok(is_done) => self.is_halted = !is_done,
+                Err(error) => self.failed = Some(error),
+            }
         }
     }
 
-    fn frame(&mut self, frame: &BinnedFrame, display_fps: f64) -> Result<(), RunError> {
+    /// Whether it was ended within a frame: there are no results.
+    pub fn is_halted(&self) -> bool {
+        self.is_halted
+    }
+
+    /// Does a frame; returns whether it was done.
+    fn frame(
+        &mut self,
+        frame: &BinnedFrame,
+        display_fps: f64,
+        halt: Halt<'_>,
+    ) -> Result<bool, RunError> {
         let machine = &self.designs[0].machine;
         let work = &*frame.bins[&self.work].work;
         let before = machine.flow().hand_over(machine, work, frame.eye, &mut self.history);
-        let timed = time(&frame.name, &frame.task(machine, &self.work, before.as_ref()))?;
+        let task = FrameTask { halt, ..frame.task(machine, &self.work, before.as_ref()) };
+        let Some(timed) = time(&frame.name, &task)? else { return Ok(false) };
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
             let label = frame.label(design.display.as_ref().map(|display| &display.value));
             for (table, sum) in design.prices.iter().zip(sums) {
@@ -56,7 +74,7 @@ impl Running {
                 sum.add(report, self.eyes, display_fps);
             }
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The records: per design, per energy table.

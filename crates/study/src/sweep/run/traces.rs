@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::sweep::table::TraceLabel;
+use powergs_core::run::files::beside;
 use powergs_core::run::{Frames, Input, RunError, TraceFile};
 
 /// A trace of a sweep, opened.
@@ -41,27 +42,28 @@ impl<'a> SweepTrace<'a> {
 /// A trace of a request: a file, or a pattern of files.
 #[derive(Debug, Clone)]
 pub struct TraceRequest {
-    /// Path or pattern.
+    /// Path or pattern: `*` and `?` stand for any characters of a name.
     pub pattern: String,
+    /// The folder that it is in; without one the working folder.
+    pub folder: Option<PathBuf>,
     /// What the table calls it; the name of the file without its ending by default.
     pub label: Option<String>,
     /// Its weight; of each file, if there are several.
     pub weight: f64,
 }
 
-/// Opens all traces. Paths are relative to `folder`, if they are there.
+/// Opens all traces.
 ///
 /// # Errors
 /// [`RunError::Request`]: two traces with one label, a range without frames; [`RunError::Input`]:
 /// a pattern without files, a file that is no trace.
 pub fn open(
     wanted: &[TraceRequest],
-    folder: Option<&Path>,
     range: Option<(usize, Option<usize>)>,
 ) -> Result<Vec<SweepTrace<'static>>, RunError> {
     let mut opened: Vec<SweepTrace> = Vec::new();
     for w in wanted {
-        let files = files(&w.pattern, folder)?;
+        let files = files(&w.pattern, w.folder.as_deref())?;
         if files.len() > 1 && w.label.is_some() {
             let what = format!("traces `{}`: one label for {} files", w.pattern, files.len());
             return Err(RunError::Request(format!("{what}; leave `label` out")));
@@ -91,25 +93,35 @@ const FILES_MAX: usize = 10_000;
 
 /// The files of a pattern, sorted.
 fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
-    let beside = folder.map(|f| f.join(pattern));
-    for path in beside.iter().map(PathBuf::as_path).chain([Path::new(pattern)]) {
-        if path.exists() {
-            return Ok(vec![path.to_owned()]);
-        }
-        let text = path.to_string_lossy();
-        let found = glob::glob(&text);
-        let found = found.map_err(|e| RunError::config(format!("--traces {pattern}"), e))?;
-        let mut files: Vec<PathBuf> = found.filter_map(Result::ok).take(FILES_MAX + 1).collect();
-        if files.len() > FILES_MAX {
-            let what =
-                format!("--traces {pattern}: more than {FILES_MAX} files; narrow the pattern");
-            return Err(RunError::Request(what));
-        }
-        files.sort();
-        if !files.is_empty() {
-            return Ok(files);
-        }
+    let path = beside(pattern, folder);
+    if path.exists() {
+        return Ok(vec![path]);
     }
-    let place = format!("traces `{pattern}`");
-    Err(RunError::Input { place, message: "no such file; make one with `extract`".into() })
+    let found = glob::glob(&glob_of(pattern, folder));
+    let found = found.map_err(|e| RunError::config(format!("traces `{pattern}`"), e))?;
+    let mut files: Vec<PathBuf> = found.filter_map(Result::ok).take(FILES_MAX + 1).collect();
+    if files.len() > FILES_MAX {
+        let what = format!("traces `{pattern}`: more than {FILES_MAX} files; narrow the pattern");
+        return Err(RunError::Request(what));
+    }
+    files.sort();
+    if files.is_empty() {
+        let place = format!("traces `{}`", path.display());
+        let message = "no such file; make one with `extract`".into();
+        return Err(RunError::Input { place, message });
+    }
+    Ok(files)
+}
+
+/// A pattern in a folder as `glob` has it, which takes brackets for sets of characters, and would
+/// read a folder as a pattern.
+fn glob_of(pattern: &str, folder: Option<&Path>) -> String {
+    let plain = |c: char| match c {
+        '[' | ']' => format!("[{c}]"),
+        c => c.to_string(),
+    };
+    let pattern: String = pattern.chars().map(plain).collect();
+    let folder = folder.map(|folder| glob::Pattern::escape(&folder.to_string_lossy()));
+    let folder = folder.filter(|folder| !folder.is_empty() && !Path::new(&pattern).is_absolute());
+    folder.map_or(pattern.clone(), |folder| format!("{folder}/{pattern}"))
 }

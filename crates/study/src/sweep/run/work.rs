@@ -13,6 +13,7 @@ use super::shared::SharedResults;
 use super::traces::SweepTrace;
 use super::watch::SweepWatch;
 use crate::sweep::record::Record;
+use powergs_core::kernel::Halt;
 use powergs_core::run::{RunError, Window};
 
 /// Machines that are taken through the windows of a trace together, where its frames do not fit
@@ -185,7 +186,8 @@ impl Crew<'_, '_, '_, '_> {
     /// A machine through a window; does nothing after a cancellation.
     fn through(&self, running: &mut Running, window: &Window) {
         if !self.watch.is_cancelled() {
-            running.frames(window, self.display_fps);
+            let is_due = || self.watch.is_cancelled();
+            running.frames(window, self.display_fps, Halt::when(&is_due));
             self.watch.simulated(window.frames.len() as u64);
         }
     }
@@ -196,7 +198,11 @@ impl Crew<'_, '_, '_, '_> {
             return Ok(());
         }
         let mut running = self.running(machine);
-        running.frames(window, self.display_fps);
+        let is_due = || self.watch.is_cancelled();
+        running.frames(window, self.display_fps, Halt::when(&is_due));
+        if running.is_halted() {
+            return Ok(());
+        }
         self.watch.simulated(window.frames.len() as u64);
         self.keep(machine, running)
     }

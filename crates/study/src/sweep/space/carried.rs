@@ -61,7 +61,7 @@ pub(super) fn derived(
     });
     let Some(ends) = ends.filter(|_| !keys.is_empty()) else { return Vec::new() };
     // A base machine that cannot be read is told about elsewhere.
-    let Ok(base) = library.machine(&file.base) else { return Vec::new() };
+    let Ok(base) = library.machine(&file.base, None) else { return Vec::new() };
     let one = |name: &&'static str| {
         let key = found.ok("axes", Key::find(name))?;
         let expr = found.ok("axes", Expr::parse(&expression(name, &base.table, ends)?))?;

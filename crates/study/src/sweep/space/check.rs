@@ -9,14 +9,18 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::{
-    Axis, AxisFound, Design, Draft, Energy, FileKind, Key, LibraryChange, Rejected, Space, Value,
-    get,
+    AxisFound, Design, Draft, Energy, FileKind, Key, LibraryChange, LibraryFile, Rejected, Space,
+    Value, get,
 };
 use crate::sweep::file::Method;
+use crate::sweep::key::MACHINE;
+use crate::sweep::library::ANY_CLOCK;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
+use powergs_base::quantity::Hertz;
 use powergs_core::machine::{NO_DEVICE, Optional};
 use powergs_core::run::identity::{content_id, timing_id};
+use powergs_core::run::system::{DEVICE, ENERGY};
 use powergs_core::sim::cost::untimed;
 use powergs_dram::Device;
 
@@ -52,41 +56,50 @@ pub(super) fn all(space: &Space, found: &mut AxisFound<'_>) {
 /// Every file that is named without an expression.
 fn files(space: &Space, found: &mut AxisFound<'_>) {
     let library = &space.library;
-    let base = found.ok("base", library.machine(&space.base));
-    let folder = base.as_ref().and_then(|b| b.folder.clone());
+    let beside = space.folder.as_deref();
+    let base = found.ok("base", library.machine(&space.base, None));
+    let clock = base.map_or(ANY_CLOCK, |base| base.value.clock);
     for (i, energy) in space.energy.iter().enumerate() {
         if let Some(name) = &energy.table {
-            let plain = found.ok(&format!("energy.{i}.table"), library.table(name, None, &[]));
+            let plain = library.table(LibraryFile::plain(name, beside), clock);
+            let plain = found.ok(&format!("energy.{i}.table"), plain);
             if plain.is_some() && !energy.changes.is_empty() {
-                let changed = library.table(name, None, &energy.changes);
-                found.ok(&format!("energy.{i}.set"), changed);
+                let changed = LibraryFile { name, beside, changes: &energy.changes };
+                found.ok(&format!("energy.{i}.set"), library.table(changed, clock));
             }
         }
     }
     if let Some(name) = &space.display {
-        found.ok("display", library.display(name, &[]));
+        found.ok("display", library.display(LibraryFile::plain(name, beside)));
     }
-    let named = |axis: &'_ Axis| {
-        let settings = axis.steps.iter().enumerate();
-        let settings = settings.flat_map(|(i, s)| s.settings.iter().map(move |c| (i, c.clone())));
-        settings.collect::<Vec<_>>()
-    };
+    for (key, value) in &space.set {
+        if let Some(message) = named(space, key, value, clock) {
+            found.wrong(&format!("set.{key}"), message);
+        }
+    }
     for (number, axis) in space.axes.iter().enumerate() {
-        for (i, (key, value)) in named(axis) {
-            let (FileKind::Machine, Some(name)) = (key.file, value.as_str()) else { continue };
-            let beside = folder.as_deref();
-            let wrong = match key.path.as_str() {
-                "machine" => library.machine(name).err(),
-                "energy" => library.table(name, beside, &[]).err(),
-                "dram.device" if name == NO_DEVICE => None,
-                "dram.device" => library.device(name, beside, &[]).err(),
-                _ => None,
-            };
-            if let Some(message) = wrong {
-                let list = if axis.has_names { "variants" } else { "values" };
-                found.wrong(&format!("axes.{number}.{list}.{i}"), message);
+        for (i, step) in axis.steps.iter().enumerate() {
+            for (key, value) in &step.settings {
+                if let Some(message) = named(space, key, value, clock) {
+                    let list = if axis.has_names { "variants" } else { "values" };
+                    found.wrong(&format!("axes.{number}.{list}.{i}"), message);
+                }
             }
         }
+    }
+}
+
+/// What is wrong with the file that a key of the machine names; `None` of other keys.
+fn named(space: &Space, key: &Key, value: &Value, clock: Hertz) -> Option<String> {
+    let name = value.as_str().filter(|_| key.file == FileKind::Machine)?;
+    let (library, beside) = (&space.library, space.folder.as_deref());
+    let file = LibraryFile::plain(name, beside);
+    match key.path.as_str() {
+        MACHINE => library.machine(name, beside).err(),
+        ENERGY => library.table(file, clock).err(),
+        DEVICE if name == NO_DEVICE => None,
+        DEVICE => library.device(file).err(),
+        _ => None,
     }
 }
 
@@ -217,7 +230,7 @@ fn settings(space: &Space, found: &mut AxisFound<'_>) {
         let is_dead = |design: &Design| !moves(design) && !is_restated(design);
         if !designs.is_empty() && designs.iter().all(is_dead) {
             let why = why(&BTreeSet::from([*key]));
-            found.wrong("set", format!("`{key}` changes nothing{why}"));
+            found.wrong(&format!("set.{key}"), format!("`{key}` changes nothing{why}"));
         }
     }
 }

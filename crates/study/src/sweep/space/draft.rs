@@ -1,12 +1,16 @@
 //! A point on its way to a design: the files with their changes, before anything is checked.
 
+use std::path::Path;
+
 use super::{
     Arc, Axis, Computed, DesignSetting, Energy, FileKind, Key, LibraryChange, LibraryDocument,
-    Machine, Rejected, Space, Table, Value, get, names,
+    LibraryFile, Machine, Rejected, Space, Table, Value, get, names,
 };
 use crate::sweep::expr;
-use powergs_base::config::knob;
+use powergs_base::config::{knob, layer};
+use powergs_base::quantity::Hertz;
 use powergs_core::machine::NO_DEVICE;
+use powergs_core::run::system::{DEVICE, ENERGY};
 use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;
@@ -21,6 +25,8 @@ pub(super) struct Draft<'a> {
     base: Arc<LibraryDocument<Machine>>,
     base_name: String,
     machine: Table,
+    /// Keys of the machine that the sweep changes.
+    named: Vec<&'static str>,
     changes: Vec<LibraryChange>,
 }
 
@@ -36,12 +42,12 @@ impl<'a> Draft<'a> {
         setting: Option<usize>,
     ) -> Result<Draft<'a>, Rejected> {
         let digits = space.lattice.digits(index);
-        let base_name = base_of(space, &digits);
-        let base = space.library.machine(&base_name).map_err(Rejected::Machine)?;
+        let (base_name, beside) = base_of(space, &digits);
+        let base = space.library.machine(&base_name, beside).map_err(Rejected::Machine)?;
         let machine = base.table.clone();
         let active = Vec::with_capacity(digits.len());
-        let mut draft =
-            Draft { space, digits, active, base, base_name, machine, changes: Vec::new() };
+        let (named, changes) = (Vec::new(), Vec::new());
+        let mut draft = Draft { space, digits, active, base, base_name, machine, named, changes };
         for (_, change) in space.set.iter().enumerate().filter(|(i, _)| Some(*i) != setting) {
             draft.put(change);
         }
@@ -75,7 +81,12 @@ impl<'a> Draft<'a> {
         }
         match key.file {
             FileKind::Machine => {
-                knob::set(&mut self.machine, &key.path, value);
+                self.named.push(&key.path);
+                if key.is_part() {
+                    knob::remove(&mut self.machine, &key.path);
+                } else {
+                    knob::set(&mut self.machine, &key.path, value);
+                }
             }
             FileKind::Energy | FileKind::Dram | FileKind::Display => {
                 self.changes.push((key, value.clone()));
@@ -112,14 +123,29 @@ impl<'a> Draft<'a> {
         self.changes.iter().filter(|(key, _)| key.file == kind).cloned().collect()
     }
 
+    /// The folder of a file that the machine names: beside the sweep file, where that names it.
+    fn folder_of<'s>(&'s self, key: &str, own: Option<&'s Path>) -> Option<&'s Path> {
+        let is_named = self.named.iter().any(|named| *named == key);
+        if is_named { self.space.folder.as_deref() } else { own }
+    }
+
     /// The DRAM device; `None` where the machine has a mere rate.
     pub(super) fn device(&self) -> Result<Option<Arc<LibraryDocument<Device>>>, String> {
-        let name = get(&self.machine, "dram.device").and_then(Value::as_str).unwrap_or("");
+        let name = get(&self.machine, DEVICE).and_then(Value::as_str).unwrap_or("");
         if name == NO_DEVICE {
             return Ok(None);
         }
-        let beside = self.base.folder.as_deref();
-        self.space.library.device(name, beside, &self.changes_of(FileKind::Dram)).map(Some)
+        let beside = self.folder_of(DEVICE, self.base.device_in.as_deref());
+        let changes = self.changes_of(FileKind::Dram);
+        self.space.library.device(LibraryFile { name, beside, changes: &changes }).map(Some)
+    }
+
+    /// The clock of the machine, as far as it has a valid one.
+    fn clock(&self) -> Hertz {
+        match self.value("clock", None) {
+            Some(expr::Value::Number(hertz)) => Hertz(hertz),
+            Some(expr::Value::Text(_) | expr::Value::Truth(_)) | None => self.base.value.clock,
+        }
     }
 
     pub(super) fn energy(
@@ -128,16 +154,20 @@ impl<'a> Draft<'a> {
     ) -> Result<Arc<LibraryDocument<EnergyTable>>, String> {
         let mut changes = energy.changes.clone();
         changes.extend(self.changes_of(FileKind::Energy));
-        if let Some(name) = &energy.table {
-            return self.space.library.table(name, None, &changes);
-        }
-        let name = get(&self.machine, "energy").and_then(Value::as_str).unwrap_or("");
-        self.space.library.table(name, self.base.folder.as_deref(), &changes)
+        let (name, beside) = match &energy.table {
+            Some(name) => (name.as_str(), self.space.folder.as_deref()),
+            None => (
+                get(&self.machine, ENERGY).and_then(Value::as_str).unwrap_or(""),
+                self.folder_of(ENERGY, self.base.energy_in.as_deref()),
+            ),
+        };
+        self.space.library.table(LibraryFile { name, beside, changes: &changes }, self.clock())
     }
 
     pub(super) fn display(&self) -> Result<Option<Arc<LibraryDocument<Display>>>, String> {
         let Some(name) = &self.space.display else { return Ok(None) };
-        self.space.library.display(name, &self.changes_of(FileKind::Display)).map(Some)
+        let (beside, changes) = (self.space.folder.as_deref(), self.changes_of(FileKind::Display));
+        self.space.library.display(LibraryFile { name, beside, changes: &changes }).map(Some)
     }
 
     /// What a key has; `None` where its file has none, or several.
@@ -146,7 +176,14 @@ impl<'a> Draft<'a> {
             return Some(Value::String(self.base_name.clone()));
         }
         if key.file == FileKind::Machine {
-            return get(&self.machine, &key.path).cloned();
+            let own = get(&self.machine, &key.path);
+            if key.is_part() {
+                let is_absent = own.is_none()
+                    || own == get(&self.base.table, &key.path)
+                        && self.base.value.leaves_out(&key.path);
+                return is_absent.then(|| layer::NONE.into());
+            }
+            return own.cloned();
         }
         // Of several changes the last counts.
         if let Some((_, value)) = self.changes.iter().rev().find(|(k, _)| *k == key) {
@@ -164,12 +201,13 @@ impl<'a> Draft<'a> {
 
     /// What a name stands for in an expression.
     pub(super) fn value(&self, name: &str, computed: Option<&Computed<'_>>) -> Option<expr::Value> {
-        if let Some((key, domain)) = Key::known(name) {
-            return domain.value(&self.file_value(key)?);
-        }
+        // Before keys: an axis may be called as the part that its variants have.
         let named = |axis: &Axis| axis.has_names && axis.name == name;
         if let Some(i) = self.space.axes.iter().position(named) {
             return Some(expr::Value::Text(self.label(i).to_owned()));
+        }
+        if let Some((key, domain)) = Key::known(name) {
+            return domain.value(&self.file_value(key)?);
         }
         names::computed(name, computed?)
     }
@@ -202,10 +240,14 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// The base machine: that of an axis or of `set`, or that of the file.
-fn base_of(space: &Space, digits: &[u32]) -> String {
+/// The base machine, and the folder that it is looked for in: that of an axis or of `set`, or that
+/// of the file, whose place is known.
+fn base_of<'a>(space: &'a Space, digits: &[u32]) -> (String, Option<&'a Path>) {
     let steps = space.axes.iter().zip(digits).map(|(axis, &d)| &axis.steps[d as usize].settings);
     let all = steps.flatten().chain(&space.set);
     let machine = all.filter(|(key, _)| key.is_machine()).find_map(|(_, value)| value.as_str());
-    machine.unwrap_or(&space.base).to_owned()
+    match machine {
+        Some(name) => (name.to_owned(), space.folder.as_deref()),
+        None => (space.base.clone(), None),
+    }
 }
