@@ -1,6 +1,7 @@
 //! The axes that the numbers of a file have, turned to those of PLY: x right, y down, z to the
 //! front.
 
+use std::fmt;
 use std::str::FromStr;
 
 use super::Gaussians;
@@ -39,6 +40,16 @@ impl StoredAxes {
         for channel in scene.sh.chunks_exact_mut((scene.sh_degree as usize + 1).pow(2)) {
             channel.iter_mut().zip(signs).for_each(|(c, sign)| *c *= sign);
         }
+    }
+}
+
+impl fmt::Display for StoredAxes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let letters = [["r", "l"], ["d", "u"], ["f", "b"]];
+        let pick = |([plus, minus], sign): ([&'static str; 2], f32)| {
+            if sign > 0.0 { plus } else { minus }
+        };
+        letters.into_iter().zip(self.0).map(pick).try_for_each(|letter| f.write_str(letter))
     }
 }
 

@@ -140,9 +140,9 @@ fn missing(name: &str, element: &Element) -> SceneError {
     SceneError::malformed(VERTEX, what, "give the trainer's point_cloud.ply of a 3DGS model")
 }
 
-/// The columns that are there, those that a number tells apart by their first.
+/// The columns that are there, in a line; those that a number tells apart by their first.
 fn listed(element: &Element) -> String {
-    const SHOWN: usize = 24;
+    const MOST: usize = 240;
     let mut names: Vec<String> = Vec::new();
     let mut series = HashSet::new();
     for name in element.properties.iter().map(|p| p.name.as_str()) {
@@ -153,8 +153,9 @@ fn listed(element: &Element) -> String {
             names.push(format!("{}...", clip(name)));
         }
     }
-    let more = if names.len() > SHOWN { ", ..." } else { "" };
-    format!("{}{more}", names[..names.len().min(SHOWN)].join(", "))
+    let all = names.join(", ");
+    let shown: String = all.chars().take(MOST).collect();
+    if shown.len() < all.len() { shown + " ..." } else { shown }
 }
 
 /// Refuses what trainers write beside Gaussians, or instead of them, by its name.
