@@ -1,0 +1,3 @@
+//! What was once wrong.
+
+mod scenes;
