@@ -7,7 +7,7 @@ use powergs_scene::{Camera, Gaussians};
 
 /// One in so many Gaussians must be in sight of some view.
 const LEAST: u64 = 1000;
-/// One in so many Gaussians in the pictures may be nearer than the near plane.
+/// One in this number of Gaussians in the pictures may be nearer than the near plane.
 const NEARER: u64 = 10;
 
 /// Warns of cameras that have next to nothing of `scene` in sight, or much of it before the near

@@ -34,7 +34,7 @@ const PAGE: ForeignKind = kind(
      download the file itself",
 );
 const POINTER: ForeignKind =
-    kind("a pointer of Git LFS", "fetch the file that it stands for (git lfs pull) and give that");
+    kind("a pointer of Git LFS", "fetch the file itself (git lfs pull) and give that");
 const XML: ForeignKind = kind(
     "an XML document",
     "if it was downloaded, it says why the download failed; give the file of the model",

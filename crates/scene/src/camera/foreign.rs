@@ -33,7 +33,7 @@ const PAGE: ForeignCameras = kind(
 );
 const LLFF: ForeignCameras = kind(
     "an array of NumPy, as poses_bounds.npy of LLFF",
-    "such data sets have COLMAP's files beside it (sparse/0): give that folder, or convert it to a \
+    "such data sets have COLMAP's files next to it (sparse/0): give that folder, or convert it to a \
      transforms.json",
 );
 const DATABASE: ForeignCameras =

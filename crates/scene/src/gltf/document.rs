@@ -150,7 +150,7 @@ impl<'a> Document<'a> {
         self.entry("scenes", shown as usize).map(Some)
     }
 
-    /// The Gaussians of a mesh, by its primitives; there are so many of other meshes already.
+    /// The Gaussians of a mesh, by its primitives; `others` is the number of those of other meshes.
     pub(super) fn parts(&mut self, mesh: usize, others: u64) -> Result<Vec<GltfPart>, SceneError> {
         let primitives = self.entry("meshes", mesh)?.get("primitives").and_then(Value::as_array);
         // Buffers are read on the way.
