@@ -91,7 +91,7 @@ impl OrderArgs {
 /// The model that a command shows, its views, and where the viewer looks.
 #[derive(Debug, clap::Args)]
 pub struct ShownArgs {
-    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
+    /// The model: PLY, compressed PLY, .splat, .spz, .gltf, .glb, .sog, .fov, or a folder with one
     pub scene: PathBuf,
     /// How it is read.
     #[command(flatten)]

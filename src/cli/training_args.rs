@@ -13,7 +13,7 @@ use powergs_scene::{Gaussians, StoredAxes};
 /// The model that is to be made cheaper.
 #[derive(Debug, clap::Args)]
 pub struct DenseArgs {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .gltf, .glb, .sog, or a folder with one
     pub model: Option<PathBuf>,
     /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(hide_short_help = true, long, value_name = "N")]

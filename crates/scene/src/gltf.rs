@@ -3,7 +3,7 @@
 //!
 //! A primitive of points has positions, unit quaternions (x, y, z, w), linear scales, opacities
 //! from 0 to 1, and SH coefficients as trained. glTF is right-up-back, and is turned to the axes of
-//! PLY; nodes may turn, move and scale. Drafts stored logarithms of scales, and converters logits of
+//! PLY; nodes may turn, move and scale. Drafts stored logarithms of scales, converters logits of
 //! opacities: `dialect` tells them. Colours, and in drafts opacities, may be vertex colours. What
 //! glTF has no word for, that a model is anti-aliased, is in the `extras` of its primitive.
 //! Source: the extension's own README in github.com/KhronosGroup/glTF.
@@ -15,6 +15,7 @@ mod placement;
 mod write;
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::Read;
 
 use serde_json::{Map, Value};
@@ -66,8 +67,8 @@ fn read(mut document: Document<'_>) -> Result<Model, SceneError> {
     let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
     let mut total = 0_u64;
     for (mesh, _) in &instances {
-        if !meshes.contains_key(mesh) {
-            meshes.insert(*mesh, document.parts(*mesh, total)?);
+        if let Entry::Vacant(unread) = meshes.entry(*mesh) {
+            unread.insert(document.parts(*mesh, total)?);
         }
         *uses.entry(*mesh).or_insert(0) += 1;
         let more: u64 = meshes[mesh].iter().map(|part| part.gaussians.len() as u64).sum();

@@ -48,7 +48,7 @@ struct Header {
 /// instead of what it says of them.
 pub(super) fn read(input: Input<'_>, axes: Option<StoredAxes>) -> Result<Model, SceneError> {
     let SpzFile { header, mut gaussians, extensions } = unpack(input)?;
-    let stated = if header.flags & FLAG_EXTENSIONS != 0 { &extensions[..] } else { &[] };
+    let stated: &[u8] = if header.flags & FLAG_EXTENSIONS != 0 { &extensions[..] } else { &[] };
     let stated = axes::stated(stated)?;
     axes.unwrap_or(stated).turn(&mut gaussians);
     let mut warnings = Vec::new();

@@ -17,8 +17,8 @@ pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
 /// Below this a rotation is kept bit for bit.
 const ROTATION_EXACT: f64 = 1e-14;
 
-/// How far a principal point is from the middle, as a share of width or height, before it looks odd:
-/// off-centre frusta of headsets are nearer.
+/// How far a principal point may be from the middle, as a share of width or height: off-centre
+/// frusta of headsets are nearer.
 const OFF_MIDDLE: f64 = 0.2;
 /// The factor within which two shares are those of one picture.
 const ALIKE: f64 = 1.1;
@@ -133,8 +133,8 @@ pub(crate) fn principal_doubt(cameras: &[Camera]) -> Option<String> {
     let [x, y] = shares(first);
     let percent = |share: f64| (100.0 * share).round();
     let place = format!(
-        "{count} of {all} views have their principal point far from the middle of the image ({name}: \
-         at {} % of the width and {} % of the height)",
+        "{count} of {all} views have their principal point far from the middle of the image \
+         ({name}: at {} % of the width and {} % of the height)",
         percent(x),
         percent(y)
     );

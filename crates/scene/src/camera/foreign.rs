@@ -33,8 +33,8 @@ const PAGE: ForeignCameras = kind(
 );
 const LLFF: ForeignCameras = kind(
     "an array of NumPy, as poses_bounds.npy of LLFF",
-    "such data sets have COLMAP's files next to it (sparse/0): give that folder, or convert it to a \
-     transforms.json",
+    "such data sets have COLMAP's files next to it (sparse/0): give that folder, or convert it \
+     to a transforms.json",
 );
 const DATABASE: ForeignCameras =
     kind("a database, as COLMAP keeps its matches in", "give the folder of the model, sparse/0");
