@@ -422,7 +422,12 @@ class Scene:
         """Degree of its spherical harmonics, 0 to 3."""
     @staticmethod
     def open(
-        path: _Path, /, *, detail: int | None = None, level: int | None = None
+        path: _Path,
+        /,
+        *,
+        detail: int | None = None,
+        level: int | None = None,
+        axes: str | None = None,
     ) -> Scene:
         """staticmethod(function) -> method
 

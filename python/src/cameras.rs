@@ -262,7 +262,8 @@ impl Cameras {
         let size = checked_size(size)?;
         let file = py.detach(|| open_cameras(&path, size, None)).map_err(in_file_error)?;
         let (views, lenses) = (Arc::new(file.cameras), Arc::new(file.lenses));
-        Ok(Cameras { views, lenses, warnings: file.warnings })
+        let warnings = file.warnings.into_iter().chain(file.doubts).collect();
+        Ok(Cameras { views, lenses, warnings })
     }
 
     /// Views on a circle around a scene, evenly spaced.

@@ -25,9 +25,9 @@ use powergs_core::run::{Frames, MemoryFrames, RunError, TraceFile, Watch};
 use powergs_frame::trace::TraceHeader;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::export::{self, Files, Target};
-use powergs_scene::files::{open_foveated, open_model};
+use powergs_scene::files::{open_foveated, open_model_as};
 use powergs_scene::synth::{Preset, cameras, generate};
-use powergs_scene::{Foveated, Gaussians, SceneStats, StorageOrder};
+use powergs_scene::{Foveated, Gaussians, ReadAs, SceneStats, StorageOrder, StoredAxes};
 use powergs_study::extract::extract;
 use powergs_views::RenderedViews;
 
@@ -154,23 +154,33 @@ fn open_level(
 impl Scene {
     /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, glTF, SOG, streamed SOG
     /// (with its ``detail``, 0 is the finest), the folder of a training run, or a foveated model
-    /// (its ``level``, 1 to 4; 1 by default).
+    /// (its ``level``, 1 to 4; 1 by default). ``axes`` are those of the file where they are not
+    /// those of its format: ``"ply"`` for SPZ and glTF files with the axes of a PLY, or three
+    /// letters for where x, y and z point to (``"rdf"``, ``"rub"``).
     ///
     /// Raises ``InputError``.
     #[staticmethod]
-    #[pyo3(signature = (path, /, *, detail=None, level=None))]
+    #[pyo3(signature = (path, /, *, detail=None, level=None, axes=None))]
     fn open(
         py: Python<'_>,
         path: &Bound<'_, PyAny>,
         detail: Option<u32>,
         level: Option<u8>,
+        axes: Option<&str>,
     ) -> PyResult<Scene> {
         let path = PathBuf::from(path_text(path)?);
         let name = stem(&path);
+        let axes = axes.map(str::parse::<StoredAxes>).transpose();
+        let axes = axes.map_err(|e| Fault::config(format!("axes: {e}")).raise())?;
         if let Some(level) = level {
+            if axes.is_some() {
+                let what = "axes: a foveated model has those that it was made with; leave them out";
+                return Err(Fault::config(what).raise());
+            }
             return open_level(py, path, name, detail, level);
         }
-        let work = move |_: &Shared| open_model(&path, detail).map_err(in_file_error);
+        let known = ReadAs { detail, axes };
+        let work = move |_: &Shared| open_model_as(&path, known).map_err(in_file_error);
         let model = watch::run(py, None, (Counts::Steps, "bytes"), work)?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
         let gaussians = Mutex::new(Some(Arc::new(model.gaussians)));

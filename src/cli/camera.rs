@@ -99,7 +99,7 @@ fn facts(views: &CameraFile) -> Value {
         "x": range(&|c| c.centre.x),
         "y": range(&|c| c.centre.y),
         "z": range(&|c| c.centre.z),
-        "warnings": views.warnings,
+        "warnings": views.warnings.iter().chain(&views.doubts).collect::<Vec<_>>(),
     })
 }
 

@@ -151,7 +151,7 @@ pub struct Views {
     pub lenses: BTreeMap<String, Lens>,
     /// What rendering the views leaves out: lenses, one sentence each.
     pub warnings: Vec<String>,
-    /// What is to know about the selection, one sentence each.
+    /// What looks odd in the file, and what is to know about the selection, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -182,20 +182,21 @@ impl CameraArgs {
         bounds: impl FnOnce() -> SceneBounds,
     ) -> Result<Views, Failure> {
         let (file, orbit) = (&self.cameras, self.orbit);
-        let CameraFile { cameras, format, lenses, warnings, frame: _ } = match (file, orbit) {
+        let CameraFile { cameras, format, lenses, warnings, doubts, .. } = match (file, orbit) {
             (Some(path), _) => open_cameras(path, self.image_size(), model)?,
             (None, Some(n)) => {
                 let cameras = self.orbit_request(n).cameras(bounds).map_err(usage)?;
-                let (lenses, warnings) = Default::default();
+                let (lenses, warnings, doubts) = Default::default();
                 let (format, frame) = ("orbit", Frame::Model);
-                CameraFile { cameras, format, lenses, warnings, frame }
+                CameraFile { cameras, format, lenses, warnings, doubts, frame }
             }
             (None, None) => {
                 let what = "no views: give --cameras FILE or --orbit N";
                 return Err(Failure::new(Exit::Usage, what));
             }
         };
-        let (cameras, notes) = self.selection().of(cameras).map_err(usage)?;
+        let (cameras, of_selection) = self.selection().of(cameras).map_err(usage)?;
+        let notes = doubts.into_iter().chain(of_selection).collect();
         Ok(Views { cameras, format, lenses, warnings, notes })
     }
 

@@ -74,7 +74,7 @@ pub fn run(args: &ExtractArgs, context: &Context) -> Result<Exit, Failure> {
             RenderedViews::foveated(&header.scene, Arc::new(*model), views)
         }
     };
-    let mut frames = frames.on_background(args.shown.background.0);
+    let mut frames = frames.on_background(args.shown.background(context));
     frames.allow(context.global.memory);
     let file = temporary(output)
         .or_exit(Exit::Usage, format_args!("{}: cannot be written", output.display()))?;

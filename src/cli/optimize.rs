@@ -30,7 +30,7 @@ use powergs_optimize::target::Level;
 use powergs_optimize::views::PowerViews;
 use powergs_report::format::wrapped;
 use powergs_report::optimize::asked;
-use watch::Watched;
+use watch::{PhotoGate, Watched};
 
 /// Shown under `optimize --help`.
 pub const EXAMPLES: &str = "\
@@ -368,8 +368,11 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let trainer = args.power.train_on.as_deref().map(training::trainer).transpose()?;
     // Without photos a model is compared with itself.
-    let least_db = if args.views.images.is_some() { args.views.least_likeness } else { 0.0 };
-    let watched = Watched::new(context, least_db);
+    let gate = args.views.images.is_some().then(|| PhotoGate {
+        least_db: args.views.least_likeness,
+        background: args.seen.background(args.dense.model.as_deref()).colour,
+    });
+    let watched = Watched::new(context, gate);
     let campaign = opened(args, context, &watched)?;
     if args.dry_run {
         return dry_run::run(&campaign, &watched, context);

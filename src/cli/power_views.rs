@@ -55,7 +55,8 @@ impl PowerViewArgs {
         let cameras = match &self.power_cameras {
             Some(file) => {
                 let file = open_cameras(file, wanted, model)?;
-                for warning in file.warnings.iter().filter(|_| !context.global.quiet) {
+                let warnings = file.warnings.iter().chain(&file.doubts);
+                for warning in warnings.filter(|_| !context.global.quiet) {
                     out::complain(format!("warning: {warning}"));
                 }
                 PowerCameras::Others(sized(file.cameras))

@@ -73,7 +73,8 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     if is_png(&args.output) {
         args.overwrite.check(&args.output)?;
     }
-    let mut machine = args.machine.open(args.shown.background.0)?;
+    let background = args.shown.background(context);
+    let mut machine = args.machine.open(background)?;
     let (scene, cameras) = args.shown.open(context)?;
     let count = cameras.len();
     if machine.is_some() {
@@ -99,8 +100,7 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     let targets = targets(&args.output, &cameras)?;
     targets.iter().try_for_each(|target| args.overwrite.check(target))?;
     check_sizes(&cameras, PIXEL, context)?;
-    let options =
-        Options { background: args.shown.background.0, ..Options::reference(Detail::Image) };
+    let options = Options { background, ..Options::reference(Detail::Image) };
     let mut written = Vec::new();
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {

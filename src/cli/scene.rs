@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::output_file::{self, OutputArgs};
-use super::scene_file::warn;
+use super::scene_file::ReadingArgs;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_scene::files::{OpenedModel, open_foveated, open_model};
+use powergs_scene::files::{OpenedModel, open_foveated};
 use powergs_scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
 /// Examples at the end of the help.
@@ -48,9 +48,8 @@ enum SceneCommand {
     Info {
         /// File, or folder of a SOG scene or of a training run
         file: PathBuf,
-        /// Detail of a streamed scene, 0 is the finest [default: 0]
-        #[arg(long, value_name = "N")]
-        detail: Option<u32>,
+        #[command(flatten)]
+        reading: ReadingArgs,
     },
     /// Write a model of any format as INRIA PLY, compressed PLY, SPZ, glTF or SOG
     Convert(convert::ConvertArgs),
@@ -60,6 +59,8 @@ enum SceneCommand {
         /// opacity and DC colour only
         #[arg(num_args = 4, required = true, value_names = ["L1", "L2", "L3", "L4"])]
         levels: Vec<PathBuf>,
+        #[command(flatten)]
+        reading: ReadingArgs,
         #[command(flatten)]
         to: OutputArgs,
     },
@@ -78,8 +79,8 @@ enum SceneCommand {
 /// Runs the command.
 pub fn run(args: &SceneArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
-        SceneCommand::Info { file, detail } => {
-            let scene = open_model(file, *detail)?;
+        SceneCommand::Info { file, reading } => {
+            let scene = reading.open_silently(file)?;
             let (stats, oddities) = SceneStats::of(&scene.gaussians);
             let warnings: Vec<Warning> = scene.warnings.iter().cloned().chain(oddities).collect();
             if context.global.json {
@@ -89,7 +90,9 @@ pub fn run(args: &SceneArgs, context: &Context) -> Result<Exit, Failure> {
             }
         }
         SceneCommand::Convert(args) => convert::run(args, context)?,
-        SceneCommand::Compose { levels, to } => compose(levels, to.file()?, context)?,
+        SceneCommand::Compose { levels, reading, to } => {
+            compose(levels, reading, to.file()?, context)?;
+        }
         SceneCommand::Level { file, level, to } => {
             let output = to.file()?;
             let scene = open_foveated(file)?.level(usize::from(level - 1));
@@ -109,12 +112,15 @@ fn written(scene: &Gaussians, output: &Path, context: &Context) -> Result<(), Fa
     output_file::say(output, format_args!("{points} Gaussians, SH degree {degree}"), context)
 }
 
-fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Failure> {
+fn compose(
+    files: &[PathBuf],
+    reading: &ReadingArgs,
+    output: &Path,
+    context: &Context,
+) -> Result<(), Failure> {
     let mut levels = Vec::with_capacity(Foveated::LEVELS);
     for file in files {
-        let scene = open_model(file, None)?;
-        warn(&scene, context);
-        levels.push(scene.gaussians);
+        levels.push(reading.open(file, context)?.gaussians);
     }
     let levels: [Gaussians; 4] = levels.try_into().expect("clap counts the files");
     let model = Foveated::compose(&levels).or_exit(Exit::BadInput, "scene compose")?;

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use super::background::Background;
+use super::background::{Background, ShownBackground};
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, refuse_plain};
 use super::{Context, Exit, Failure, out, sight};
 use powergs_scene::camera::orbit::SceneBounds;
-use powergs_scene::files::{OpenedModel, is_foveated, open_foveated, open_model};
-use powergs_scene::{Camera, Foveated, Gaussians, StorageOrder};
+use powergs_scene::files::{OpenedModel, is_foveated, open_foveated, open_model_as};
+use powergs_scene::{Camera, Foveated, Gaussians, ReadAs, StorageOrder, StoredAxes};
 
 /// Prints the warnings of a model on standard error, unless that is silenced.
 pub fn warn(model: &OpenedModel, context: &Context) {
@@ -30,6 +30,39 @@ pub fn name_of(path: &Path) -> String {
     let stems = path.ancestors().filter_map(|p| p.file_stem());
     let mut names = stems.map(|s| s.to_string_lossy().into_owned());
     names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
+}
+
+/// What the file of a model does not say of itself.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct ReadingArgs {
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest [default: 0]
+    #[arg(long, value_name = "N")]
+    pub detail: Option<u32>,
+    /// Where the x, y and z of the file point to, if not as in its format: three letters, right or
+    /// left, down or up, front or back. `ply` or `rdf` for SPZ and glTF files that have the axes
+    /// of a PLY, `rub` for a PLY that has theirs
+    #[arg(long, value_name = "AXES")]
+    pub axes: Option<StoredAxes>,
+}
+
+impl ReadingArgs {
+    /// Reads a model, and prints what is odd about it.
+    ///
+    /// # Errors
+    /// Exit code 3: it cannot be read; 2: it has no such detail.
+    pub fn open(&self, path: &Path, context: &Context) -> Result<OpenedModel, Failure> {
+        let model = self.open_silently(path)?;
+        warn(&model, context);
+        Ok(model)
+    }
+
+    /// Reads a model; what is odd about it is for the caller to say.
+    ///
+    /// # Errors
+    /// As [`ReadingArgs::open`].
+    pub fn open_silently(&self, path: &Path) -> Result<OpenedModel, Failure> {
+        Ok(open_model_as(path, ReadAs { detail: self.detail, axes: self.axes })?)
+    }
 }
 
 /// How the Gaussians of a model are sorted.
@@ -58,14 +91,15 @@ impl OrderArgs {
 /// The model that a command shows, its views, and where the viewer looks.
 #[derive(Debug, clap::Args)]
 pub struct ShownArgs {
-    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
+    /// The model: PLY, compressed PLY, .splat, .spz, .gltf, .glb, .sog, .fov, or a folder with one
     pub scene: PathBuf,
-    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
-    #[arg(long, value_name = "N")]
-    pub detail: Option<u32>,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
-    pub background: Background,
+    /// How it is read.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+    /// Background: black, white, or r,g,b from 0 to 1 [default: as the cfg_args of a training run
+    /// says, else black]
+    #[arg(long)]
+    pub background: Option<Background>,
     /// The views.
     #[command(flatten)]
     pub cameras: CameraArgs,
@@ -89,20 +123,28 @@ impl ShownArgs {
         Ok((scene, views.cameras))
     }
 
+    /// The background, sRGB.
+    pub fn background(&self, context: &Context) -> [f32; 3] {
+        let places = [Some(self.scene.as_path()), self.cameras.cameras.as_deref()];
+        ShownBackground::of(self.background, &places).said(context)
+    }
+
     fn model(&self, context: &Context) -> Result<Shown, Failure> {
-        let (path, detail) = (&self.scene, self.detail);
+        let path = &self.scene;
         if !self.gaze.is_given() {
-            let scene = open_model(path, detail)?;
-            warn(&scene, context);
-            return Ok(Shown::Plain(scene));
+            return Ok(Shown::Plain(self.reading.open(path, context)?));
         }
         if !is_foveated(path) {
             // A file that is not there is said to be that.
-            open_model(path, detail)?;
+            self.reading.open_silently(path)?;
             refuse_plain(path.display())?;
         }
-        if detail.is_some() {
+        if self.reading.detail.is_some() {
             let what = "--detail is of streamed scenes, a gaze of foveated models: leave one out";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        if self.reading.axes.is_some() {
+            let what = "--axes: a foveated model has those that it was made with; leave it out";
             return Err(Failure::new(Exit::Usage, what));
         }
         Ok(Shown::Foveated(Box::new(open_foveated(path)?)))

@@ -1,23 +1,27 @@
 //! The flags of commands that train models: which model, in which views, how good.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::background::Background;
+use super::background::{Background, ShownBackground};
 use super::camera_file::CameraArgs;
+use super::scene_file::ReadingArgs;
 use super::{Context, Exit, Failure, demo_scene, scene_file};
 use powergs_optimize::request::Goal;
-use powergs_scene::Gaussians;
-use powergs_scene::files::open_model;
+use powergs_scene::{Gaussians, StoredAxes};
 
 /// The model that is to be made cheaper.
 #[derive(Debug, clap::Args)]
 pub struct DenseArgs {
-    /// The dense model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .gltf, .glb, .sog, or a folder with one
     pub model: Option<PathBuf>,
     /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(hide_short_help = true, long, value_name = "N")]
     pub detail: Option<u32>,
+    /// Where the x, y and z of its file point to, if not as in its format: `ply` for SPZ and glTF
+    /// files that have the axes of a PLY, or three letters (rdf, rub)
+    #[arg(hide_short_help = true, long, value_name = "AXES")]
+    pub axes: Option<StoredAxes>,
 }
 
 impl DenseArgs {
@@ -27,8 +31,8 @@ impl DenseArgs {
     /// Exit code 3: it cannot be read, or has no Gaussians.
     pub fn open(&self, context: &Context) -> Result<(String, Gaussians), Failure> {
         let Some(path) = &self.model else { return Ok(("demo".into(), demo_scene::model()?)) };
-        let scene = open_model(path, self.detail)?;
-        scene_file::warn(&scene, context);
+        let reading = ReadingArgs { detail: self.detail, axes: self.axes };
+        let scene = reading.open(path, context)?;
         if scene.gaussians.is_empty() {
             let what = format!("{}: the model has no Gaussians", path.display());
             return Err(Failure::new(Exit::BadInput, what));
@@ -50,9 +54,10 @@ pub struct TrainingViewArgs {
     /// Only every K-th view, starting with the first
     #[arg(hide_short_help = true, long, value_name = "K")]
     pub every: Option<NonZeroUsize>,
-    /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(hide_short_help = true, long, default_value = "black")]
-    pub background: Background,
+    /// Background: black, white, or r,g,b from 0 to 1 [default: as the cfg_args of a training run
+    /// says, else black]
+    #[arg(hide_short_help = true, long)]
+    pub background: Option<Background>,
     /// Of the training views, every K-th validates [default: as many as there are test views]
     #[arg(hide_short_help = true, long, value_name = "K")]
     pub validation: Option<NonZeroUsize>,
@@ -63,6 +68,11 @@ impl TrainingViewArgs {
     pub fn source(&self, size: Option<(u32, u32)>) -> CameraArgs {
         let (cameras, orbit, every) = (self.cameras.clone(), self.orbit, self.every);
         CameraArgs { cameras, orbit, every, size, ..CameraArgs::default() }
+    }
+
+    /// What is behind the model at `model`.
+    pub fn background(&self, model: Option<&Path>) -> ShownBackground {
+        ShownBackground::of(self.background, &[model, self.cameras.as_deref()])
     }
 }
 

@@ -1,3 +1,4 @@
-//! What was once wrong: a test for each, named after what was wrong.
+//! What was wrong once, by what was wrong with it.
 
 mod inputs;
+mod scenes;

@@ -29,8 +29,8 @@ pub const ALPHA_MIN: f64 = 1.0 / ALPHA_STEPS;
 pub const ALPHA_MAX: f32 = 0.99;
 /// A pixel stops when its transmittance would fall below this.
 pub const TRANSMITTANCE_MIN: f32 = 1e-4;
-/// Gaussians nearer than this (view-space depth) are culled.
-pub(crate) const NEAR: f32 = 0.2;
+/// Gaussians nearer than this (view-space depth, world units) are culled.
+pub const NEAR: f32 = 0.2;
 /// The largest tile side: traces keep every splat that a tile of this size could touch.
 pub(crate) const TILE_MAX: u32 = 64;
 

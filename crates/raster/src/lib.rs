@@ -20,4 +20,4 @@ pub mod train;
 pub use forward::{Canvas, Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};
 pub use prepare::front_to_back;
-pub use sight::most_in_sight;
+pub use sight::{NearCut, most_in_sight, near_cut};

@@ -13,6 +13,7 @@ pub mod check;
 pub mod colmap;
 pub mod edit;
 mod error;
+pub(crate) mod foreign;
 pub mod fov;
 pub mod inria;
 pub mod json;
@@ -39,8 +40,10 @@ pub struct CameraFile {
     /// By the name of its view, the lens of each photo that was bent by one. Views are rendered
     /// without it.
     pub lenses: BTreeMap<String, Lens>,
-    /// What rendering the views leaves out, and what looks odd, one sentence each.
+    /// What rendering the views leaves out, one sentence each.
     pub warnings: Vec<String>,
+    /// What looks odd whatever the views are for, one sentence each.
+    pub doubts: Vec<String>,
     /// The frame that poses are in.
     pub frame: Frame,
 }

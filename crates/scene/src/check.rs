@@ -6,6 +6,12 @@
 
 use super::{Gaussians, SceneError, Warning};
 
+/// The largest share of numbers that are taken for mistakes where all others follow a rule.
+const STRAYS: f64 = 0.05;
+/// Fewer Gaussians than this may have any numbers.
+const FEW: usize = 16;
+/// The share of Gaussians that may be smaller than the steps of their positions.
+const COARSE: f64 = 0.1;
 /// Magnitudes beyond this cannot be squared in single precision.
 const LARGEST: f32 = 1e15;
 /// The largest natural logarithm of a scale: `e^40` squared is still finite.
@@ -49,9 +55,8 @@ pub(super) fn check(
     if scene.antialiased {
         warnings.push(Warning::Antialiased);
     }
-    if is_activated(&scene) {
-        warnings.push(Warning::Activated);
-    }
+    warnings.extend(activation(&scene));
+    warnings.extend(coarse_positions(&scene));
     Ok(scene)
 }
 
@@ -74,15 +79,69 @@ fn settle_ends(scene: &mut Gaussians, warnings: &mut Vec<Warning>) {
     }
 }
 
-/// Whether all numbers are what an exporter stores that forgot to undo the activations. As raw
-/// parameters they would be of Gaussians that are all larger than the unit of the world and more
-/// than half opaque.
-fn is_activated(scene: &Gaussians) -> bool {
-    let scales = scene.log_scales.as_flattened();
-    scene.logit_opacities.iter().all(|o| (0.0..=1.0).contains(o))
-        // Formats that round make zeros of small ones.
-        && scales.iter().all(|s| *s >= 0.0)
-        && scales.iter().any(|s| *s > 0.0)
+/// Whether so few of some numbers break a rule that they do so by mistake, and the others decide.
+pub(super) fn are_strays(breaking: usize, of: usize) -> bool {
+    breaking as f64 <= STRAYS * of as f64
+}
+
+/// Whether a rule holds for the numbers, but for strays.
+fn nearly_all(values: &[f32], rule: impl Fn(f32) -> bool) -> bool {
+    are_strays(values.iter().filter(|value| !rule(**value)).count(), values.len())
+}
+
+/// What an exporter forgot to undo. As raw parameters its numbers would be of Gaussians that are
+/// all about as large as the unit of the world and about half transparent. Trained models have a
+/// fifth to two fifths of their logits between -1 and 1, and axes that differ by more than a factor
+/// of e.
+fn activation(scene: &Gaussians) -> Option<Warning> {
+    let (opacities, scales) = (&scene.logit_opacities, scene.log_scales.as_flattened());
+    // Formats that round make zeros of small scales.
+    let are_sizes = nearly_all(scales, |s| s >= 0.0) && scales.iter().any(|s| *s > 0.0);
+    if are_sizes && nearly_all(opacities, |o| (0.0..=1.0).contains(&o)) {
+        return Some(Warning::Activated);
+    }
+    if scene.len() < FEW {
+        return None;
+    }
+    // Before training all opacities are the same.
+    let differ = opacities.iter().any(|o| *o != opacities[0]);
+    if differ && nearly_all(opacities, |o| (-1.0..=1.0).contains(&o)) {
+        return Some(Warning::ActivatedOpacities);
+    }
+    let are_small = are_sizes && nearly_all(scales, |s| s < 1.0);
+    are_small.then_some(Warning::ActivatedScales)
+}
+
+/// Positions that single precision rounds by as much as Gaussians are large. A few Gaussians far
+/// away, or of next to no size, are no fault of the coordinates.
+fn coarse_positions(scene: &Gaussians) -> Option<Warning> {
+    let mut steps: Vec<f64> = Vec::new();
+    for (mean, scale) in scene.means.iter().zip(&scene.log_scales) {
+        let step = step(mean.iter().fold(0.0, |most: f32, v| most.max(v.abs())));
+        let longest = scale.iter().fold(f32::MIN, |most, s| most.max(*s));
+        if 2.0 * step > f64::from(longest).exp() {
+            steps.push(step);
+        }
+    }
+    if steps.len() as f64 <= COARSE * scene.len() as f64 {
+        return None;
+    }
+    let count = steps.len();
+    let (_, step, _) = steps.select_nth_unstable_by(count / 2, f64::total_cmp);
+    let step = *step;
+    let origin = std::array::from_fn(|axis| {
+        let mut values: Vec<f32> = scene.means.iter().map(|mean| mean[axis]).collect();
+        let middle = values.len() / 2;
+        let (_, median, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
+        f64::from(*median).round()
+    });
+    Some(Warning::CoarsePositions { count: count as u64, step, origin })
+}
+
+/// The distance of two neighbouring numbers of single precision of this size.
+fn step(magnitude: f32) -> f64 {
+    let exponent = f64::from(magnitude.max(f32::MIN_POSITIVE)).log2().floor();
+    (exponent - f64::from(f32::MANTISSA_DIGITS - 1)).exp2()
 }
 
 /// Whether the parameters of Gaussian `i` are finite and can be squared.

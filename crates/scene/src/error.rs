@@ -11,7 +11,8 @@ pub enum SceneError {
     /// None of the known formats.
     #[error(
         "not a scene that is known here (it starts with {start}); \
-         give an INRIA or PlayCanvas .ply, .splat, .spz, .sog, .glb or .fov file, or a meta.json"
+         give an INRIA or PlayCanvas .ply, .splat, .spz, .sog, .glb, .gltf or .fov file, or a \
+         meta.json or lod-meta.json"
     )]
     Unknown {
         /// The first bytes, printable.
@@ -24,6 +25,20 @@ pub enum SceneError {
         format: &'static str,
         /// How to get a file that is read.
         todo: &'static str,
+    },
+    /// A packed file or an archive that has a model in it.
+    #[error("{packing} with {inside} in it; unpack it and give that file")]
+    Packed {
+        /// What packs it.
+        packing: &'static str,
+        /// What is inside: a format, or the name of a file.
+        inside: String,
+    },
+    /// A list of tiles, each a scene of its own.
+    #[error("a tileset of 3D Tiles is not read; {todo}")]
+    Tileset {
+        /// Which file to give instead.
+        todo: String,
     },
     /// The bytes contradict the format.
     #[error("{place}: {what}; {todo}")]

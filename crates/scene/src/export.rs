@@ -5,6 +5,7 @@
 //! pictures and streams compress better; `scene convert --order` does too.
 
 mod check;
+mod displaced;
 mod error;
 mod fidelity;
 mod target;
@@ -14,6 +15,7 @@ use std::collections::BTreeMap;
 use super::gltf::{self, Container};
 use super::{Gaussians, Model, OneFile, SceneError, ply, read, sog, spz};
 
+pub use displaced::{Apart, Displaced};
 pub use error::ExportError;
 pub(crate) use fidelity::Clamped;
 pub use fidelity::{Fidelity, Kept};
@@ -32,6 +34,8 @@ pub struct Export {
     pub files: Files,
     /// What was lost.
     pub fidelity: Fidelity,
+    /// Whether positions are too coarse for the sizes of the Gaussians.
+    pub displaced: Option<Displaced>,
 }
 
 /// The bytes of a written model.
@@ -95,5 +99,6 @@ pub fn write(scene: &Gaussians, target: Target) -> Result<Export, ExportError> {
     if (held.len(), held.sh_degree) != (scene.len(), scene.sh_degree) {
         return Err(ExportError::Incomplete { held: held.len(), of: scene.len() });
     }
-    Ok(Export { files, fidelity: Fidelity::of(scene, &held, &clamped) })
+    let displaced = Displaced::of(scene, &held);
+    Ok(Export { files, fidelity: Fidelity::of(scene, &held, &clamped), displaced })
 }

@@ -1,13 +1,16 @@
 //! Models and camera files by path. All other modules of this crate take bytes or text.
 
 mod cameras;
+mod colmap;
 mod models;
+mod training_run;
 
 use std::error::Error;
 use std::fmt;
 
 pub use cameras::{has_cameras, open_cameras};
-pub use models::{OpenedModel, is_foveated, open_foveated, open_model};
+pub use models::{OpenedModel, is_foveated, open_foveated, open_model, open_model_as};
+pub use training_run::{RunBackground, background_of};
 
 use super::camera::CameraError;
 use super::error::SceneError;

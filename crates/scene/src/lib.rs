@@ -6,6 +6,7 @@
 //! and says what was lost, [`write_ply`] writes INRIA's as a stream; [`files`] opens models and
 //! camera files by path.
 
+mod axes;
 pub mod camera;
 mod check;
 pub mod convert;
@@ -27,11 +28,12 @@ pub mod stats;
 pub mod synth;
 mod warning;
 
+pub use axes::StoredAxes;
 pub use error::SceneError;
 pub use foveated::Foveated;
 pub use input::{Folder, Input, OneFile};
 pub use ply::write as write_ply;
 pub use powergs_frame::scene::{Camera, Eye, Gaussians, ShDegree, Split, StorageOrder};
-pub use read::{Format, Model, read};
+pub use read::{Format, Model, ReadAs, read, read_as};
 pub use stats::SceneStats;
 pub use warning::Warning;

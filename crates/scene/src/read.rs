@@ -4,7 +4,7 @@ use std::io::{BufRead, Cursor, Read};
 
 use super::error::SceneError;
 use super::input::{Folder, Input, open};
-use super::{Foveated, Gaussians, Warning, check, foreign, foveated, gltf, ply, sog};
+use super::{Foveated, Gaussians, StoredAxes, Warning, check, foreign, foveated, gltf, ply, sog};
 use super::{splat_rows, spz};
 
 /// The formats that are read.
@@ -46,6 +46,28 @@ impl Format {
             Self::Foveated => "foveated model",
         }
     }
+
+    /// The axes of its numbers, which readers turn to those of PLY. An SPZ file may say others.
+    fn axes(self) -> StoredAxes {
+        match self {
+            Self::Spz(_) | Self::Gltf => StoredAxes::RIGHT_UP_BACK,
+            Self::Ply
+            | Self::CompressedPly
+            | Self::Splat
+            | Self::Sog(_)
+            | Self::StreamedSog
+            | Self::Foveated => StoredAxes::PLY,
+        }
+    }
+}
+
+/// What a file does not say, and who reads it does.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ReadAs {
+    /// The detail of a streamed scene, 0 (the finest) if not given; an error for other formats.
+    pub detail: Option<u32>,
+    /// The axes of its numbers, where they are others than those that the format or the file says.
+    pub axes: Option<StoredAxes>,
 }
 
 /// A model and what the reading found.
@@ -73,12 +95,20 @@ const HEAD: u64 = 4096;
 /// [`SceneError`]: an unknown format, a damaged or unsupported file, a detail that is not
 /// there, or a model without usable Gaussians.
 pub fn read(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
-    let mut model = read_unchecked(folder, name, lod)?;
+    read_as(folder, name, ReadAs { detail: lod, axes: None })
+}
+
+/// As [`read()`], with what the file does not say.
+///
+/// # Errors
+/// Those of [`read()`].
+pub fn read_as(folder: &dyn Folder, name: &str, known: ReadAs) -> Result<Model, SceneError> {
+    let mut model = read_unchecked(folder, name, known)?;
     model.gaussians = check::check(model.gaussians, &mut model.warnings)?;
     Ok(model)
 }
 
-fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
+fn read_unchecked(folder: &dyn Folder, name: &str, known: ReadAs) -> Result<Model, SceneError> {
     let Input { mut reader, len } = open(folder, name)?;
     let mut head = Vec::new();
     let peeked = reader.by_ref().take(HEAD).read_to_end(&mut head);
@@ -89,19 +119,23 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
     let kind = recognise(&head, len, name)?;
     let reader: Box<dyn BufRead + '_> = Box::new(Cursor::new(head).chain(reader));
     let input = Input { reader, len };
-    let model = match kind {
+    let mut model = match kind {
         ReadKind::Ply => ply::read(input)?,
-        ReadKind::Spz => spz::read(input)?,
+        // Its own axes may be others than those of the format.
+        ReadKind::Spz => spz::read(input, known.axes)?,
         ReadKind::Zip => sog::read_bundle(input)?,
         ReadKind::Glb => gltf::read_binary(folder, input)?,
-        ReadKind::Json => return read_json(folder, name, input, lod),
+        ReadKind::Json => read_json(folder, name, input, known.detail)?,
         ReadKind::Splat => splat_rows::read(input)?,
         ReadKind::Foveated => read_level(input)?,
     };
-    match lod {
-        None => Ok(model),
-        Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
+    if known.detail.is_some() && model.format != Format::StreamedSog {
+        return Err(SceneError::NoDetails { format: model.format.name() });
     }
+    if let Some(axes) = known.axes.filter(|_| !matches!(model.format, Format::Spz(_))) {
+        axes.instead_of(model.format.axes()).turn(&mut model.gaussians);
+    }
+    Ok(model)
 }
 
 /// What a JSON file describes: SOG, whole or streamed, or glTF.
@@ -121,11 +155,10 @@ fn read_json(
     drop(bytes);
     let prefix = name.rfind('/').map_or("", |slash| &name[..=slash]);
     if keys.contains_key("asset") && keys.contains_key("meshes") {
-        let model = gltf::read_json(folder, prefix, keys)?;
-        return match lod {
-            None => Ok(model),
-            Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
-        };
+        return gltf::read_json(folder, prefix, keys);
+    }
+    if let Some(error) = foreign::by_keys(&keys) {
+        return Err(error);
     }
     match sog::read_index(folder, prefix, keys, lod) {
         Err(SceneError::NoIndex) => Err(foreign::by_name(name).unwrap_or(SceneError::NoIndex)),

@@ -54,11 +54,7 @@ pub(super) fn read_index(
     if !keys.contains_key("means") {
         return Err(SceneError::NoIndex);
     }
-    let model = read_model(folder, prefix, keys)?;
-    match lod {
-        None => Ok(model),
-        Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
-    }
+    read_model(folder, prefix, keys)
 }
 
 /// The keys of a JSON object.

@@ -15,11 +15,11 @@ use std::io::{BufRead, Read};
 use flate2::bufread::GzDecoder;
 
 use super::error::{DAMAGED, REEXPORT, SceneError};
+use super::foreign;
 use super::input::{Input, check_count, plausible};
 use super::read::{Format, Model};
-use super::{Gaussians, Warning};
+use super::{Gaussians, StoredAxes, Warning};
 use attributes::{Attribute, decode};
-use axes::Axes;
 pub(super) use write::write;
 
 const MAGIC: &[u8; 4] = b"NGSP";
@@ -44,8 +44,30 @@ struct Header {
     n_streams: usize,
 }
 
-/// Reads any version; `input` is gzip or starts with `NGSP`.
-pub(super) fn read(mut input: Input<'_>) -> Result<Model, SceneError> {
+/// Reads any version; `input` is gzip or starts with `NGSP`. `axes` are those of its numbers,
+/// instead of what it says of them.
+pub(super) fn read(input: Input<'_>, axes: Option<StoredAxes>) -> Result<Model, SceneError> {
+    let SpzFile { header, mut gaussians, extensions } = unpack(input)?;
+    let stated: &[u8] = if header.flags & FLAG_EXTENSIONS != 0 { &extensions[..] } else { &[] };
+    let stated = axes::stated(stated)?;
+    axes.unwrap_or(stated).turn(&mut gaussians);
+    let mut warnings = Vec::new();
+    if header.degree > 3 {
+        warnings.push(Warning::ShReduced { from: header.degree });
+    }
+    gaussians.antialiased = header.flags & FLAG_ANTIALIASED != 0;
+    Ok(Model { gaussians, format: Format::Spz(header.version), warnings })
+}
+
+/// A file with its numbers decoded, in the axes that it stores.
+struct SpzFile {
+    header: Header,
+    gaussians: Gaussians,
+    /// Records of extensions.
+    extensions: Vec<u8>,
+}
+
+fn unpack(mut input: Input<'_>) -> Result<SpzFile, SceneError> {
     let start = input.reader.fill_buf().map_err(|e| SceneError::reading("SPZ header", e))?;
     if start.starts_with(&[0x1f, 0x8b]) {
         return read_stream(&mut GzDecoder::new(input.reader), input.len);
@@ -68,7 +90,10 @@ fn header(bytes: &[u8], file_len: u64) -> Result<Header, SceneError> {
         return Err(SceneError::truncated("SPZ header", format!("{} bytes", bytes.len())));
     }
     if &bytes[..4] != MAGIC {
-        return bad("no magic NGSP".into(), "give an SPZ file, not another gzip file");
+        return Err(foreign::unpacked(bytes).unwrap_or_else(|| {
+            let todo = "give an SPZ file, not another gzip file";
+            SceneError::malformed("SPZ header", "no magic NGSP", todo)
+        }));
     }
     let version = u32_at(bytes, 4);
     let (count, degree, fractional_bits) = (u32_at(bytes, 8), bytes[12], bytes[13]);
@@ -87,7 +112,7 @@ fn header(bytes: &[u8], file_len: u64) -> Result<Header, SceneError> {
 }
 
 /// Versions 1 to 3, unpacked.
-fn read_stream(stream: &mut impl Read, file_len: u64) -> Result<Model, SceneError> {
+fn read_stream(stream: &mut impl Read, file_len: u64) -> Result<SpzFile, SceneError> {
     let mut head = Vec::new();
     let read = stream.take(SHORT_HEADER as u64).read_to_end(&mut head);
     read.map_err(|e| SceneError::reading("SPZ header", e))?;
@@ -116,11 +141,11 @@ fn read_stream(stream: &mut impl Read, file_len: u64) -> Result<Model, SceneErro
         let what = format!("more than {MAX_EXTENSIONS} bytes after the attributes");
         return Err(SceneError::malformed("SPZ extensions", what, DAMAGED));
     }
-    finish(header, scene, &tail)
+    Ok(SpzFile { header, gaussians: scene, extensions: tail })
 }
 
 /// Version 4, whole.
-fn read_v4(bytes: &[u8]) -> Result<Model, SceneError> {
+fn read_v4(bytes: &[u8]) -> Result<SpzFile, SceneError> {
     let header = header(bytes, bytes.len() as u64)?;
     if bytes.len() < LONG_HEADER {
         return Err(SceneError::truncated("SPZ header", format!("{} of 32 bytes", bytes.len())));
@@ -144,7 +169,7 @@ fn read_v4(bytes: &[u8]) -> Result<Model, SceneError> {
         let plain = inflate(attribute, &header, entry, &mut left)?;
         decode(attribute, &header, &plain, &mut scene);
     }
-    finish(header, scene, extensions)
+    Ok(SpzFile { header, gaussians: scene, extensions: extensions.to_vec() })
 }
 
 /// The bytes of an attribute, from the front of `left`.
@@ -174,17 +199,6 @@ fn inflate(
         return Err(SceneError::malformed(place, what, DAMAGED));
     }
     Ok(bytes)
-}
-
-fn finish(header: Header, mut scene: Gaussians, extensions: &[u8]) -> Result<Model, SceneError> {
-    let has_extensions = header.flags & FLAG_EXTENSIONS != 0;
-    Axes::of(if has_extensions { extensions } else { &[] })?.turn(&mut scene);
-    let mut warnings = Vec::new();
-    if header.degree > 3 {
-        warnings.push(Warning::ShReduced { from: header.degree });
-    }
-    scene.antialiased = header.flags & FLAG_ANTIALIASED != 0;
-    Ok(Model { gaussians: scene, format: Format::Spz(header.version), warnings })
 }
 
 fn u32_at(bytes: &[u8], at: usize) -> u32 {

@@ -4,12 +4,15 @@ use serde::Serialize;
 
 use super::convert::sigmoid;
 use super::{Gaussians, Warning};
-use powergs_frame::splat::ALPHA_MIN;
+use powergs_frame::splat::{ALPHA_MIN, NEAR};
 
 /// Opacities below this are faint: the median of trained scenes lies there (FlashGS).
 const FAINT: f64 = 0.35;
 /// Axis ratios from this on count as elongated (FLICKER calls them spiky).
 const ELONGATED: f32 = 3.0;
+
+/// Fewer Gaussians than this are no scene.
+const FEW: u64 = 16;
 
 /// Quaternions within this of length 1 count as normalised.
 const LENGTH_MARGIN: f32 = 0.01;
@@ -120,7 +123,18 @@ impl SceneStats {
             share_needles_at_least_3: share(axes.iter().filter(|a| a[2] - a[1] >= ratio).count()),
             opacity: percentiles(opacities),
         };
-        (stats, oddities(scene, bounds.diagonal()))
+        let mut oddities = oddities(scene, bounds.diagonal());
+        oddities.extend(stats.small());
+        (stats, oddities)
+    }
+
+    /// Whether a view that the scene fills would cut some of it off at the near plane. A few
+    /// Gaussians have no size that counts.
+    fn small(&self) -> Option<Warning> {
+        let side = |p: &Percentiles| (p.p95 - p.p5).powi(2);
+        let diagonal = self.position.iter().map(side).sum::<f64>().sqrt();
+        let is_small = self.points >= FEW && diagonal < f64::from(NEAR);
+        is_small.then_some(Warning::SmallScene { diagonal })
     }
 }
 

@@ -1,7 +1,9 @@
 //! Oddities of a scene that do not prevent its use.
 
-use powergs_base::format::counted;
 use std::fmt;
+
+use powergs_base::format::counted;
+use powergs_frame::splat::NEAR;
 
 /// An oddity of a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,8 +38,33 @@ pub enum Warning {
     Filter3d,
     /// A model of 2D Gaussian Splatting.
     Flat,
-    /// All numbers look as if the activations had been applied already.
+    /// Nearly all numbers look as if the activations had been applied already.
     Activated,
+    /// Opacities look as if the activation had been applied already, or as if there had been
+    /// another; scales do not.
+    ActivatedOpacities,
+    /// Scales look as if the activation had been applied already; opacities do not.
+    ActivatedScales,
+    /// glTF with logarithms in place of scales.
+    LogarithmicScales,
+    /// glTF with logits in place of opacities.
+    LogitOpacities,
+    /// glTF without spherical harmonics: its vertex colours are shown.
+    VertexColours,
+    /// Single precision cannot tell places apart that are closer than Gaussians are large.
+    CoarsePositions {
+        /// How many Gaussians.
+        count: u64,
+        /// The distance of two numbers there, world units.
+        step: f64,
+        /// A round place near the middle of the model, world units.
+        origin: [f64; 3],
+    },
+    /// All is closer together than the near plane is to the camera.
+    SmallScene {
+        /// The diagonal of the middle nine tenths of the centres, world units.
+        diagonal: f64,
+    },
     /// Colours are linear, and are shown as if they were sRGB.
     LinearColours,
     /// Columns that mean something to somebody and were not read.
@@ -74,6 +101,13 @@ impl Warning {
             Self::Filter3d => "filter_3d",
             Self::Flat => "flat",
             Self::Activated => "activated",
+            Self::ActivatedOpacities => "activated_opacities",
+            Self::ActivatedScales => "activated_scales",
+            Self::LogarithmicScales => "logarithmic_scales",
+            Self::LogitOpacities => "logit_opacities",
+            Self::VertexColours => "vertex_colours",
+            Self::CoarsePositions { .. } => "coarse_positions",
+            Self::SmallScene { .. } => "small_scene",
             Self::LinearColours => "linear_colours",
             Self::IgnoredColumns { .. } => "ignored_columns",
             Self::Unnormalised { .. } => "unnormalised_quaternions",
@@ -88,6 +122,7 @@ impl Warning {
             Self::Dropped { count, .. }
             | Self::ZeroQuaternions { count, .. }
             | Self::NonPositiveScales { count }
+            | Self::CoarsePositions { count, .. }
             | Self::Unnormalised { count }
             | Self::AbsurdScales { count }
             | Self::Invisible { count } => Some(count),
@@ -96,10 +131,27 @@ impl Warning {
             | Self::Filter3d
             | Self::Flat
             | Self::Activated
+            | Self::ActivatedOpacities
+            | Self::ActivatedScales
+            | Self::LogarithmicScales
+            | Self::LogitOpacities
+            | Self::VertexColours
+            | Self::SmallScene { .. }
             | Self::LinearColours
             | Self::IgnoredColumns { .. } => None,
         }
     }
+}
+
+/// `1 Gaussian is`, `2 Gaussians are`.
+fn are(count: u64) -> String {
+    let verb = if count == 1 { "is" } else { "are" };
+    format!("{} {verb}", counted(count, "Gaussian"))
+}
+
+/// A distance, as short as it can be said.
+fn distance(units: f64) -> String {
+    if units < 1e-3 { format!("{units:.1e}") } else { units.to_string() }
 }
 
 impl fmt::Display for Warning {
@@ -149,9 +201,50 @@ impl fmt::Display for Warning {
             ),
             Self::Activated => write!(
                 f,
-                "all opacities are 0 to 1 and all scales above 0, as if their activations had been \
-                 applied: this model is probably wrong; export it again with opacity \
+                "nearly all opacities are 0 to 1 and scales above 0, as if their activations had \
+                 been applied: this model is probably wrong; export it again with opacity \
                  ln(p / (1 - p)) and scale ln(s)"
+            ),
+            Self::ActivatedOpacities => write!(
+                f,
+                "nearly all raw opacities are -1 to 1, and those of trained models go far beyond: \
+                 as if they were stored after the sigmoid, or trained with an absolute value in \
+                 its place; pictures are probably wrong; export logits, ln(p / (1 - p))"
+            ),
+            Self::ActivatedScales => write!(
+                f,
+                "nearly all raw scales are 0 to 1, so that Gaussians are all 1 to 2.7 world units \
+                 large: as if they were stored after their activation; export logarithms, ln(s)"
+            ),
+            Self::LogarithmicScales => write!(
+                f,
+                "scales are below 0, and are read as logarithms, as drafts of glTF's extension \
+                 have them"
+            ),
+            Self::LogitOpacities => write!(
+                f,
+                "opacities are beyond 0 and 1, and are read as logits, as PLY has them; the \
+                 standard of glTF's extension has 0 to 1"
+            ),
+            Self::VertexColours => write!(
+                f,
+                "no spherical harmonics or no opacities: those of COLOR_0 are shown, the same from \
+                 all sides"
+            ),
+            Self::CoarsePositions { count, step, origin: [x, y, z] } => write!(
+                f,
+                "positions are resolved to {} world units only, as single precision does at such \
+                 coordinates (of a map?), and {} no larger than twice that: pictures are wrong; \
+                 subtract an origin, such as {x} {y} {z}, from model and cameras before they are \
+                 exported",
+                distance(*step),
+                are(*count)
+            ),
+            Self::SmallScene { diagonal } => write!(
+                f,
+                "the scene is {diagonal:.2e} world units across, and nothing within {NEAR} of a \
+                 camera is drawn (the near plane of 3DGS): scale model and cameras up, to some \
+                 units across"
             ),
             Self::LinearColours => write!(
                 f,

@@ -108,7 +108,7 @@ fn request(
     let oracle = CycleOracle { system, fps, memory: context.global.memory };
     Ok(Request {
         references: ReferenceImages::OwnRenders(Box::new(FileReferences::new()?)),
-        background: args.views.seen.background.0,
+        background: args.views.seen.background(args.dense.model.as_deref()).said(context),
         power_cameras,
         full_size,
         least_gate: 0,

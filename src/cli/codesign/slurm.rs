@@ -28,6 +28,7 @@ impl SlurmParts for CodesignParts<'_> {
         let mut words: Vec<OsString> = dense.model.iter().map(OsString::from).collect();
         words.extend(demo.then(|| "--demo".into()));
         words.extend(dense.detail.map(|n| flag("detail", n.to_string())));
+        words.extend(dense.axes.map(|axes| flag("axes", axes.to_string())));
         words.extend(space.as_ref().map(|path| flag("space", path)));
         words.extend(of_views(views));
         words.extend(of_power(power));
@@ -72,7 +73,7 @@ fn of_views(views: &ViewArgs) -> Vec<OsString> {
         orbit.map(|n| flag("orbit", n.to_string())),
         every.map(|k| flag("every", k.to_string())),
         size.map(|(width, height)| flag("size", format!("{width}x{height}"))),
-        Some(flag("background", background.to_string())),
+        background.map(|colour| flag("background", colour.to_string())),
         validation.map(|k| flag("validation", k.to_string())),
     ];
     words.into_iter().flatten().collect()

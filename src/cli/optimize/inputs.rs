@@ -51,7 +51,7 @@ pub fn request(
         &cameras,
         whole,
     )?;
-    let background = args.seen.background.0;
+    let background = args.seen.background(args.dense.model.as_deref()).said(context);
     let mut images = FileReferences::new()?;
     let references = if photos.is_empty() {
         ReferenceImages::OwnRenders(Box::new(images))

@@ -37,7 +37,7 @@ pub fn run(
     let power = merged(&typed.power, &args.power, args.size);
     let typed = OptimizeArgs { power, ..typed };
     let trainer = args.power.train_on.as_deref().map(training::trainer).transpose()?;
-    let watched = Watched::new(context, 0.0);
+    let watched = Watched::new(context, None);
     let mut campaign = opened(&typed, context, &watched)?;
     let path = args.run.out.clone().unwrap_or_else(|| {
         let path = PathBuf::from(format!("{}-repriced", from.display()));

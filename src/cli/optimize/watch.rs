@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use super::super::background::Background;
 use super::super::progress::Progress;
 use super::super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::Watch;
@@ -34,14 +35,23 @@ const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,
 pub struct Watched<'a> {
     context: &'a Context,
     began: Instant,
-    /// PSNR that the dense model must have on photos, decibels; 0 for any.
-    least_db: f64,
+    /// With photos: what the dense model must show on them.
+    gate: Option<PhotoGate>,
     /// PSNR of a dense model that has less.
     unlike: Mutex<Option<f64>>,
     bar: Mutex<Option<Progress>>,
     /// Power of the dense model and the least that passed, watts.
     watts: Mutex<Option<(f64, Option<f64>)>>,
     history: Mutex<Option<History>>,
+}
+
+/// Whether photos show what the dense model shows.
+#[derive(Debug, Clone, Copy)]
+pub struct PhotoGate {
+    /// PSNR that it must have on them, decibels.
+    pub least_db: f64,
+    /// What it is shown over.
+    pub background: Background,
 }
 
 /// `history.csv`, written anew whenever a run begins or goes on.
@@ -56,10 +66,10 @@ struct History {
 
 impl<'a> Watched<'a> {
     /// Without a history, which the folder may not be there for.
-    pub fn new(context: &'a Context, least_db: f64) -> Watched<'a> {
+    pub fn new(context: &'a Context, gate: Option<PhotoGate>) -> Watched<'a> {
         let (unlike, bar, watts) = Default::default();
         let (began, history) = (Instant::now(), Mutex::new(None));
-        Watched { context, began, least_db, unlike, bar, watts, history }
+        Watched { context, began, gate, unlike, bar, watts, history }
     }
 
     /// Begins `history.csv` in a run folder.
@@ -83,12 +93,14 @@ impl<'a> Watched<'a> {
     /// Exit code 2: the history could not be written; 3: photos that show something else than the
     /// model.
     pub fn finish(self) -> Result<(), Failure> {
-        if let Some(db) = *held(&self.unlike) {
+        if let (Some(db), Some(PhotoGate { least_db, background })) =
+            (*held(&self.unlike), self.gate)
+        {
             let what = format!(
                 "the photos do not show what the model shows: its PSNR over the gate views is \
-                 {db:.2} dB, less than {} dB; give the photos and cameras that the model was \
-                 trained on, or go on all the same with --least-likeness 0",
-                self.least_db
+                 {db:.2} dB, less than {least_db} dB, over a {background} background; give the \
+                 photos and cameras that the model was trained on, and its --background, or go on \
+                 all the same with --least-likeness 0"
             );
             return Err(Failure::new(Exit::BadInput, what));
         }
@@ -204,7 +216,7 @@ impl CampaignWatch for Watched<'_> {
                 "model", "Gaussians", "gate, dB", "SSIM", "target"
             ));
             let db = outcome.gate.quality.psnr_db;
-            if db < self.least_db {
+            if self.gate.is_some_and(|gate| db < gate.least_db) {
                 *held(&self.unlike) = Some(db);
             }
         }

@@ -8,13 +8,12 @@ use serde_json::json;
 use super::short;
 use crate::cli::output_file::Overwrite;
 use crate::cli::run_folder::RunFolder;
-use crate::cli::scene_file::{OrderArgs, warn};
+use crate::cli::scene_file::{OrderArgs, ReadingArgs};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Cell, Column, Document, Kind, Table};
 use powergs_scene::Gaussians;
 use powergs_scene::export::{self, Export, Fidelity, Files, Target};
-use powergs_scene::files::open_model;
 
 /// What to convert, and to what.
 #[derive(Debug, clap::Args)]
@@ -28,9 +27,8 @@ pub struct ConvertArgs {
     format: Option<Target>,
     #[command(flatten)]
     overwrite: Overwrite,
-    /// Detail of a streamed scene, 0 is the finest [default: 0]
-    #[arg(long, value_name = "N")]
-    detail: Option<u32>,
+    #[command(flatten)]
+    reading: ReadingArgs,
     #[command(flatten)]
     order: OrderArgs,
 }
@@ -48,8 +46,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<(), Failure> {
         Target::SogFolder => RunFolder::check_model(place, args.overwrite.force)?,
         _ => args.overwrite.check(place)?,
     }
-    let mut scene = open_model(&args.file, args.detail)?;
-    warn(&scene, context);
+    let mut scene = args.reading.open(&args.file, context)?;
     args.order.sort(&mut scene.gaussians);
     let written = export::write(&scene.gaussians, target);
     let written = written.or_exit(Exit::Usage, place.display())?;
@@ -113,6 +110,9 @@ fn say(
 ) -> Result<(), Failure> {
     let (points, degree, bytes) = (scene.len(), scene.sh_degree, written.files.bytes());
     let kept = &written.fidelity;
+    if let Some(displaced) = written.displaced.filter(|_| !context.global.quiet) {
+        out::complain(format_args!("warning: {}: {displaced}", place.display()));
+    }
     if context.global.json {
         return out::json(&json!({
             "file": place.display().to_string(),
@@ -122,6 +122,7 @@ fn say(
             "bytes": bytes,
             "exact": kept.is_exact(),
             "kept": kept,
+            "displaced": written.displaced,
         }));
     }
     if context.global.quiet {

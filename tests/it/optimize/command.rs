@@ -359,7 +359,7 @@ fn photos_are_checked_and_used() {
     for (photo, _) in &others {
         fs::write(photo, RgbImage::from_fn(48, 36, noise).png().unwrap()).unwrap();
     }
-    fails(folder.path(), &short, Exit::BadInput, "do not show what the model shows");
+    fails(folder.path(), &short, Exit::BadInput, "over a black background; give the photos");
     assert!(!path.join("models.csv").exists());
     for (photo, bytes) in &others {
         fs::write(photo, bytes).unwrap();

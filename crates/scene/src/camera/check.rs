@@ -17,6 +17,12 @@ pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
 /// Below this a rotation is kept bit for bit.
 const ROTATION_EXACT: f64 = 1e-14;
 
+/// How far a principal point may be from the middle, as a share of width or height: off-centre
+/// frusta of headsets are nearer.
+const OFF_MIDDLE: f64 = 0.2;
+/// The factor within which two shares are those of one picture.
+const ALIKE: f64 = 1.1;
+
 /// Key names of one file layout, for messages.
 pub(super) struct CameraKeys {
     /// Image width and height.
@@ -111,6 +117,39 @@ pub fn of_matrices(
         eye: None,
     };
     checked(camera, name, &keys)
+}
+
+/// A sentence about views whose principal point is far from the middle of the image: intrinsics of
+/// another picture, where both shares are alike.
+pub(crate) fn principal_doubt(cameras: &[Camera]) -> Option<String> {
+    let shares = |c: &Camera| [c.cx / f64::from(c.width), c.cy / f64::from(c.height)];
+    let is_off = |share: &f64| (share - 0.5).abs() > OFF_MIDDLE;
+    // The frusta of eyes are off the middle on purpose.
+    let is_odd = |c: &&Camera| c.eye.is_none() && shares(c).iter().any(is_off);
+    let mut odd = cameras.iter().filter(is_odd);
+    let first = odd.next()?;
+    let (count, all) = (1 + odd.count(), cameras.len());
+    let Camera { name, width, height, cx, cy, .. } = first;
+    let [x, y] = shares(first);
+    let percent = |share: f64| (100.0 * share).round();
+    let place = format!(
+        "{count} of {all} views have their principal point far from the middle of the image \
+         ({name}: at {} % of the width and {} % of the height)",
+        percent(x),
+        percent(y)
+    );
+    let is_scaled = x > 0.0 && y > 0.0 && (x / y).ln().abs() < ALIKE.ln();
+    Some(if is_scaled {
+        format!(
+            "{place}, as intrinsics of a picture of {:.0}x{:.0} have it, and the image size is \
+             {width}x{height}: if so, focal lengths and fields of view are wrong; give all of them \
+             for one size",
+            2.0 * cx,
+            2.0 * cy
+        )
+    } else {
+        format!("{place}: is the picture a part of another one?")
+    })
 }
 
 /// The nearest rotation to `m`, which must be one within [`ROTATION_TOLERANCE`].

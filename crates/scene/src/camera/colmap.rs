@@ -61,7 +61,7 @@ fn views(
         return Err(CameraError::Empty);
     }
     let frame = Frame::Data(Placement::NONE);
-    Ok(CameraFile { format, cameras, lenses, warnings, frame })
+    Ok(CameraFile { format, cameras, lenses, warnings, doubts: Vec::new(), frame })
 }
 
 fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: ColmapImage) -> Result<Camera, CameraError> {

@@ -22,6 +22,14 @@ pub enum CameraError {
          with COLMAP's `cameras` and `images`"
     )]
     Layout,
+    /// The cameras of another program.
+    #[error("{format} is not read; {todo}")]
+    Foreign {
+        /// What it is.
+        format: &'static str,
+        /// How to get a file that is read.
+        todo: &'static str,
+    },
     /// No views.
     #[error("holds no views; export at least one")]
     Empty,

@@ -22,9 +22,9 @@ const KEYS: CameraKeys = CameraKeys {
 pub(super) fn views(list: &[Value]) -> Result<CameraFile, CameraError> {
     let cameras =
         list.iter().enumerate().map(|(idx, value)| view(idx, value)).collect::<Result<_, _>>()?;
-    let (lenses, warnings) = Default::default();
+    let (lenses, warnings, doubts) = Default::default();
     let format = "INRIA cameras.json";
-    Ok(CameraFile { format, cameras, lenses, warnings, frame: Frame::Model })
+    Ok(CameraFile { format, cameras, lenses, warnings, doubts, frame: Frame::Model })
 }
 
 fn view(idx: usize, value: &Value) -> Result<Camera, CameraError> {

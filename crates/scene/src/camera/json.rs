@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::check::MAX_SIZE;
 use super::nerf::SizeOf;
-use super::{CameraError, CameraFile, Eye, Split, inria, nerf, nerfstudio};
+use super::{CameraError, CameraFile, Eye, Split, foreign, inria, nerf, nerfstudio};
 
 /// Reads a camera file in any JSON layout. `size` is the image size in pixels where the file
 /// does not say it (`camera_angle_x` sets of Blender); it does not override what the file says.
@@ -30,9 +30,13 @@ pub fn read_sized(text: &str, size: &SizeOf<'_>) -> Result<CameraFile, CameraErr
         what: e.to_string(),
     })?;
     let file = match &value {
-        Value::Array(views) => inria::views(views)?,
+        Value::Array(views) => match foreign::by_first(views) {
+            Some(error) => return Err(error),
+            None => inria::views(views)?,
+        },
         Value::Object(file) if file.contains_key("frames") => nerf::views(file, size)?,
         Value::Object(file) if nerfstudio::is_path(file) => nerfstudio::path(file)?,
+        Value::Object(file) => return Err(foreign::by_keys(file).unwrap_or(CameraError::Layout)),
         _ => return Err(CameraError::Layout),
     };
     if file.cameras.is_empty() { Err(CameraError::Empty) } else { Ok(file) }

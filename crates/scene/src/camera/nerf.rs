@@ -54,7 +54,7 @@ pub(super) fn views(
     }
     let frame = Frame::Data(Placement::applied(&Value::Object(file.clone()))?);
     let format = "NeRF transforms.json";
-    Ok(CameraFile { format, cameras, lenses, warnings, frame })
+    Ok(CameraFile { format, cameras, lenses, warnings, doubts: Vec::new(), frame })
 }
 
 /// The lens of a view that bends rays, and the keys that say so.

@@ -153,7 +153,7 @@ pub(super) fn path(file: &Map<String, Value>) -> Result<CameraFile, CameraError>
         checked(camera, &view.label, &KEYS)
     };
     let cameras = poses.iter().enumerate().map(pose).collect::<Result<_, _>>()?;
-    let (lenses, warnings) = Default::default();
+    let (lenses, warnings, doubts) = Default::default();
     let format = "nerfstudio camera path";
-    Ok(CameraFile { format, cameras, lenses, warnings, frame: Frame::Model })
+    Ok(CameraFile { format, cameras, lenses, warnings, doubts, frame: Frame::Model })
 }

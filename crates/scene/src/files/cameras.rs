@@ -5,9 +5,10 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::super::camera::check::MAX_SIZE;
+use super::super::camera::check::{MAX_SIZE, principal_doubt};
 use super::super::camera::nerfstudio::PLACEMENT_FILE;
-use super::super::camera::{CameraFile, Frame, Lens, Placement, Split, colmap, json};
+use super::super::camera::{CameraFile, Frame, Lens, Placement, Split, colmap, foreign, json};
+use super::colmap::{ColmapChoice, ColmapFiles, files_in, model_below};
 use super::{FileError, at, other};
 
 /// Largest JSON camera file, bytes.
@@ -21,8 +22,8 @@ const LISTS: [&str; 2] = ["cameras.json", "transforms.json"];
 /// Those of a set in parts, as Blender's scenes have it, and the name of each part's folder.
 const PARTS: [(&str, Split); 2] =
     [("transforms_train.json", Split::Train), ("transforms_test.json", Split::Test)];
-/// Where COLMAP's model is, beside the folder itself.
-const COLMAP: [&str; 4] = ["sparse/0", "sparse", "colmap/sparse/0", "colmap/sparse"];
+/// COLMAP's files, of which the folder is to be given.
+const COLMAP_FILES: [&str; 5] = ["cameras", "images", "points3D", "frames", "rigs"];
 
 /// Reads a camera file or a folder with one. `size` serves files that do not say the image size,
 /// width and height in pixels; without it the image of each view is asked.
@@ -41,8 +42,11 @@ pub fn open_cameras(
         (open_folder(path, size)?, path)
     } else {
         let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-        (open_json(path, size)?, parent.unwrap_or(Path::new(".")))
+        let folder = parent.unwrap_or(Path::new("."));
+        refuse_part(path, folder)?;
+        (open_json(path, size)?, folder)
     };
+    file.doubts.extend(principal_doubt(&file.cameras));
     place(&mut file, folder, model)?;
     Ok(file)
 }
@@ -52,14 +56,27 @@ pub fn has_cameras(folder: &Path) -> bool {
     let has = |name: &str| folder.join(name).is_file();
     LISTS.iter().any(|name| has(name))
         || has(PARTS[0].0)
-        || colmap_in(folder).is_some()
-        || COLMAP.iter().any(|name| colmap_in(&folder.join(name)).is_some())
+        || files_in(folder).is_some()
+        || model_below(folder).is_some()
+}
+
+/// Refuses one of COLMAP's files, whose folder is a camera file.
+fn refuse_part(path: &Path, folder: &Path) -> Result<(), FileError> {
+    let part = |of: &Path| Some((of.file_stem()?.to_str()?.to_owned(), of.extension()?.to_owned()));
+    let is_part = part(path).is_some_and(|(stem, end)| {
+        COLMAP_FILES.contains(&stem.as_str()) && (end == "bin" || end == "txt")
+    });
+    if is_part && path.is_file() {
+        let what = format!("one of COLMAP's files; give their folder, {}", folder.display());
+        return Err(other(path.display(), what));
+    }
+    Ok(())
 }
 
 /// What a folder has: COLMAP's files, one list, a list in parts, or COLMAP's files further down.
 fn open_folder(folder: &Path, size: Option<(u32, u32)>) -> Result<CameraFile, FileError> {
-    if let Some(end) = colmap_in(folder) {
-        return open_colmap(folder, end);
+    if let Some(files) = files_in(folder) {
+        return open_colmap(&files);
     }
     let lists = LISTS.iter().map(|name| folder.join(name));
     if let Some(list) = lists.into_iter().find(|path| path.is_file()) {
@@ -68,11 +85,10 @@ fn open_folder(folder: &Path, size: Option<(u32, u32)>) -> Result<CameraFile, Fi
     if let Some(file) = open_parts(folder, size)? {
         return Ok(file);
     }
-    for name in COLMAP {
-        let folder = folder.join(name);
-        if let Some(end) = colmap_in(&folder) {
-            return open_colmap(&folder, end);
-        }
+    if let Some(ColmapChoice { files, doubt }) = model_below(folder) {
+        let mut file = open_colmap(&files)?;
+        file.doubts.extend(doubt);
+        return Ok(file);
     }
     let what = "no cameras.bin or cameras.txt here or in sparse/0 (COLMAP), no cameras.json, \
                 transforms.json or transforms_train.json; give the camera file or its folder";
@@ -164,6 +180,9 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     if bytes.len() as u64 > MAX_JSON {
         return Err(other(path.display(), "is over 1 GiB; this is not a camera file"));
     }
+    if let Some(error) = foreign::by_content(&bytes) {
+        return Err(at(path.display())(error));
+    }
     String::from_utf8(bytes).map_err(|e| {
         let valid = e.utf8_error().valid_up_to();
         let todo = "give a JSON camera file or a COLMAP folder";
@@ -175,15 +194,11 @@ fn open(path: &Path) -> Result<BufReader<File>, FileError> {
     Ok(BufReader::new(File::open(path).map_err(at(path.display()))?))
 }
 
-/// The ending of COLMAP's files in a folder, if they are there.
-fn colmap_in(folder: &Path) -> Option<&'static str> {
-    ["bin", "txt"].into_iter().find(|end| folder.join(format!("cameras.{end}")).is_file())
-}
-
-fn open_colmap(folder: &Path, end: &str) -> Result<CameraFile, FileError> {
+fn open_colmap(files: &ColmapFiles) -> Result<CameraFile, FileError> {
+    let ColmapFiles { folder, end } = files;
     let part = |name: &str| open(&folder.join(format!("{name}.{end}")));
     let (cameras, images) = (part("cameras")?, part("images")?);
-    let file = match end {
+    let file = match *end {
         "bin" => colmap::read_binary(cameras, images),
         _ => colmap::read_text(cameras, images),
     };

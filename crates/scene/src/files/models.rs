@@ -6,7 +6,7 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::super::foveated::MAGIC;
-use super::super::{Folder, Foveated, Gaussians, Input, SceneError, Warning, read};
+use super::super::{Folder, Foveated, Gaussians, Input, ReadAs, SceneError, Warning, read_as};
 use super::{FileError, at, other};
 
 /// Names of models in a folder, in the order in which they are looked for: indices of SOG, what
@@ -33,6 +33,14 @@ pub struct OpenedModel {
 /// # Errors
 /// [`FileError`]: it cannot be read, is no model or is damaged, or has no such detail.
 pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileError> {
+    open_model_as(path, ReadAs { detail: lod, axes: None })
+}
+
+/// As [`open_model`], with what the file does not say.
+///
+/// # Errors
+/// Those of [`open_model`].
+pub fn open_model_as(path: &Path, known: ReadAs) -> Result<OpenedModel, FileError> {
     let path = if path.is_dir() { model_in(path)? } else { path.to_path_buf() };
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
     let folder = Disk(parent.unwrap_or(Path::new(".")).to_path_buf());
@@ -41,7 +49,7 @@ pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileErro
         return Err(other(shown, "no name of a file"));
     };
     let name = name.as_ref();
-    let model = match read(&ModelEntry { folder, path: &path, name }, name, lod) {
+    let model = match read_as(&ModelEntry { folder, path: &path, name }, name, known) {
         Ok(model) => model,
         // The file itself: its name is already in front.
         Err(SceneError::Io { name: own, source }) if own == name => return Err(at(shown)(source)),

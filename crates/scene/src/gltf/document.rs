@@ -8,18 +8,21 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value};
 
-use super::super::convert::{log_scale, rest_of};
+use super::super::convert::{dc, rest_of};
 use super::super::error::{DAMAGED, REEXPORT, SceneError};
 use super::super::input::{Folder, Input, check_count, clip, open, plausible};
-use super::super::read::{Format, Model};
+use super::super::read::Model;
 use super::super::spz;
 use super::super::{Gaussians, Warning};
+use super::dialect::GltfPart;
 use super::placement::turn_axes;
 use super::{ANTIALIASED, EXTENSION, MAGIC, SPZ, SPZ_DRAFT};
 
 /// Largest buffer, bytes.
 const MAX_BUFFER: u64 = 16 << 30;
 const DATA: &str = "data:";
+/// The colours that a mesh without the extension has.
+const VERTEX_COLOUR: &str = "COLOR_0";
 
 /// The JSON and the binary chunk of a `.glb`; without one it is empty.
 pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), SceneError> {
@@ -147,13 +150,24 @@ impl<'a> Document<'a> {
         self.entry("scenes", shown as usize).map(Some)
     }
 
-    pub(super) fn primitives(&self, mesh: usize) -> Result<Vec<Value>, SceneError> {
-        let primitives = self.entry("meshes", mesh)?.get("primitives");
-        Ok(primitives.and_then(Value::as_array).cloned().unwrap_or_default())
+    /// The Gaussians of a mesh, by its primitives; `others` is the number of those of other meshes.
+    pub(super) fn parts(&mut self, mesh: usize, others: u64) -> Result<Vec<GltfPart>, SceneError> {
+        let primitives = self.entry("meshes", mesh)?.get("primitives").and_then(Value::as_array);
+        // Buffers are read on the way.
+        let primitives = primitives.cloned().unwrap_or_default();
+        let (mut parts, mut total) = (Vec::new(), others);
+        for primitive in &primitives {
+            let Some(part) = self.gaussians(primitive)? else { continue };
+            total += part.gaussians.len() as u64;
+            // Many primitives may have one buffer: a bomb.
+            check_count("glTF", total, plausible(self.read_bytes()))?;
+            parts.push(part);
+        }
+        Ok(parts)
     }
 
     /// The Gaussians of a primitive, in the axes of PLY; `None` if it is something else.
-    pub(super) fn gaussians(&mut self, primitive: &Value) -> Result<Option<Model>, SceneError> {
+    fn gaussians(&mut self, primitive: &Value) -> Result<Option<GltfPart>, SceneError> {
         let extensions = |of: &Value| of.get("extensions").and_then(Value::as_object).cloned();
         let own = extensions(primitive).unwrap_or_default();
         let draft = own.get(SPZ_DRAFT);
@@ -165,12 +179,14 @@ impl<'a> Document<'a> {
         }
         let inner = extensions(extension).unwrap_or_default();
         let packed = inner.iter().find(|(name, _)| name.starts_with(SPZ)).map(|(_, v)| v);
-        let mut model = match packed.or(draft) {
+        let mut part = match packed.or(draft) {
             Some(packed) => {
                 let view = index(packed, "bufferView", SPZ)?;
                 let (range, buffer) = self.view(view)?;
                 let bytes = &self.buffers[&buffer][range];
-                spz::read(Input { reader: Box::new(bytes), len: bytes.len() as u64 })?
+                let input = Input { reader: Box::new(bytes), len: bytes.len() as u64 };
+                let Model { gaussians, warnings, format: _ } = spz::read(input, None)?;
+                GltfPart { gaussians, warnings, stored: None }
             }
             None => {
                 let Some(Value::Object(attributes)) = primitive.get("attributes") else {
@@ -180,27 +196,37 @@ impl<'a> Document<'a> {
             }
         };
         if primitive.pointer(&format!("/extras/{ANTIALIASED}")) == Some(&Value::Bool(true)) {
-            model.gaussians.antialiased = true;
+            part.gaussians.antialiased = true;
         }
         let space = extension.get("colorSpace").and_then(Value::as_str);
         if space.is_some_and(|space| space.starts_with("lin_")) {
-            model.warnings.push(Warning::LinearColours);
+            part.warnings.push(Warning::LinearColours);
         }
-        Ok(Some(model))
+        Ok(Some(part))
     }
 
-    fn attributes(&mut self, attributes: &Map<String, Value>) -> Result<Model, SceneError> {
+    fn attributes(&mut self, attributes: &Map<String, Value>) -> Result<GltfPart, SceneError> {
         let number = |name: &str| attributes.get(name).and_then(Value::as_u64);
-        let named = |name: &str| number(&format!("{EXTENSION}:{name}"));
+        // Drafts of 2025 put an underscore where the standard has the extension.
+        let named = |name: &str| {
+            number(&format!("{EXTENSION}:{name}")).or_else(|| number(&format!("_{name}")))
+        };
         let need = |name: &str| {
             named(name).ok_or_else(|| wrong(&format!("attribute {EXTENSION}:{name}"), "is missing"))
         };
         let position =
             number("POSITION").ok_or_else(|| wrong("attribute POSITION", "is missing"))?;
         let (rotation, scale) = (need("ROTATION")?, need("SCALE")?);
-        let opacity = need("OPACITY")?;
-        need("SH_DEGREE_0_COEF_0")?;
         let coefficient = |degree: usize, n: usize| named(&format!("SH_DEGREE_{degree}_COEF_{n}"));
+        // Viewers without the extension, and drafts of it, take vertex colours.
+        let vertex = number(VERTEX_COLOUR);
+        let (opacity, constant) = (named("OPACITY"), coefficient(0, 0));
+        for (found, name) in [(opacity, "OPACITY"), (constant, "SH_DEGREE_0_COEF_0")] {
+            if found.is_none() && vertex.is_none() {
+                let what = format!("is missing, and so is {VERTEX_COLOUR}");
+                return Err(wrong(&format!("attribute {EXTENSION}:{name}"), what));
+            }
+        }
         let is_whole = |degree: &usize| (0..=2 * degree).all(|n| coefficient(*degree, n).is_some());
         let degree = (1..=3).take_while(is_whole).count();
         let means = self.vectors::<3>(position, None)?;
@@ -210,14 +236,27 @@ impl<'a> Document<'a> {
         let turned = |[x, y, z, w]: [f64; 4]| [w as f32, x as f32, y as f32, z as f32];
         scene.rotations = self.vectors(rotation, count)?.into_iter().map(turned).collect();
         let scales = self.vectors::<3>(scale, count)?;
-        // Drafts of the extension stored logarithms; the standard has no negative scales.
-        let are_logarithms = scales.iter().flatten().any(|s| *s < 0.0);
-        let raw = |s: f64| if are_logarithms { s as f32 } else { log_scale(s as f32) };
-        scene.log_scales = scales.into_iter().map(|v| v.map(raw)).collect();
-        let logit = |[p]: [f64; 1]| (p / (1.0 - p)).ln() as f32;
-        scene.logit_opacities = self.vectors(opacity, count)?.into_iter().map(logit).collect();
+        scene.log_scales = scales.into_iter().map(|v| v.map(|s| s as f32)).collect();
+        let mut warnings = Vec::new();
+        let painted = match vertex.filter(|_| opacity.is_none() || constant.is_none()) {
+            Some(vertex) => {
+                warnings.push(Warning::VertexColours);
+                self.vertex_colours(vertex, count)?
+            }
+            None => Vec::new(),
+        };
+        let stored: Vec<f64> = match opacity {
+            Some(opacity) => self.vectors::<1>(opacity, count)?.into_flattened(),
+            None => painted.iter().map(|[.., alpha]| *alpha).collect(),
+        };
         let each = 1 + rest_of(scene.sh_degree);
         scene.sh = vec![0.0; 3 * each * scene.len()];
+        if constant.is_none() {
+            for (sh, colour) in scene.sh.chunks_exact_mut(3 * each).zip(&painted) {
+                let channels = sh.iter_mut().step_by(each).zip(colour);
+                channels.for_each(|(slot, channel)| *slot = dc(*channel));
+            }
+        }
         let all = (0..=degree).flat_map(|degree| (0..=2 * degree).map(move |n| (degree, n)));
         for (k, (degree, n)) in all.enumerate() {
             let Some(accessor) = coefficient(degree, n) else { continue };
@@ -228,7 +267,21 @@ impl<'a> Document<'a> {
             }
         }
         turn_axes(&mut scene);
-        Ok(Model { gaussians: scene, format: Format::Gltf, warnings: Vec::new() })
+        Ok(GltfPart { gaussians: scene, warnings, stored: Some(stored) })
+    }
+
+    /// Red, green, blue and alpha of each vertex; alpha is 1 where there is none.
+    fn vertex_colours(
+        &mut self,
+        accessor: u64,
+        expected: Option<usize>,
+    ) -> Result<Vec<[f64; 4]>, SceneError> {
+        let kind = self.entry("accessors", accessor as usize)?.get("type").and_then(Value::as_str);
+        if kind == Some("VEC3") {
+            let opaque = |[r, g, b]: [f64; 3]| [r, g, b, 1.0];
+            return Ok(self.vectors(accessor, expected)?.into_iter().map(opaque).collect());
+        }
+        self.vectors(accessor, expected)
     }
 
     /// The vectors of an accessor, `expected` of them.

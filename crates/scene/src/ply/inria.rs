@@ -9,7 +9,7 @@ use std::collections::HashSet;
 
 use super::super::convert::{dc, degree_of, rest_of, sigmoid};
 use super::super::error::{REEXPORT, SceneError};
-use super::super::input::check_count;
+use super::super::input::{check_count, clip};
 use super::super::{Gaussians, Warning};
 use super::header::{Element, PlyHeader, Scalar};
 use super::{Source, rows};
@@ -59,7 +59,7 @@ impl InriaColumns {
         refuse_relatives(element)?;
         let mut used = HashSet::new();
         let mut find = |name: &str| {
-            let found = element.column(name).ok_or_else(|| missing(name))?;
+            let found = element.column(name).ok_or_else(|| missing(name, element))?;
             used.insert(found);
             Ok(found)
         };
@@ -132,9 +132,30 @@ impl InriaColumns {
     }
 }
 
-fn missing(name: &str) -> SceneError {
-    let what = format!("no property `{name}`; this is not a trained Gaussian model");
-    SceneError::malformed(VERTEX, what, "give the trainer's point_cloud.ply")
+fn missing(name: &str, element: &Element) -> SceneError {
+    let what = format!(
+        "no property `{name}`, which a trained 3DGS model has; there are {}",
+        listed(element)
+    );
+    SceneError::malformed(VERTEX, what, "give the trainer's point_cloud.ply of a 3DGS model")
+}
+
+/// The columns that are there, in a line; those that a number tells apart by their first.
+fn listed(element: &Element) -> String {
+    const MOST: usize = 240;
+    let mut names: Vec<String> = Vec::new();
+    let mut series = HashSet::new();
+    for name in element.properties.iter().map(|p| p.name.as_str()) {
+        let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        if stem == name {
+            names.push(clip(name));
+        } else if series.insert(stem) {
+            names.push(format!("{}...", clip(name)));
+        }
+    }
+    let all = names.join(", ");
+    let shown: String = all.chars().take(MOST).collect();
+    if shown.len() < all.len() { shown + " ..." } else { shown }
 }
 
 /// Refuses what trainers write beside Gaussians, or instead of them, by its name.
@@ -144,6 +165,12 @@ fn refuse_relatives(element: &Element) -> Result<(), SceneError> {
         let what = "anchors with offsets and features (`f_offset_0`): a model of Scaffold-GS or a \
                     relative of it, whose networks make the Gaussians of each view";
         let todo = "export Gaussians with the code that trained it, or train a 3DGS model";
+        return Err(SceneError::malformed(VERTEX, what, todo));
+    }
+    if element.column("beta").is_some() && has("sb_params") {
+        let what = "`beta`, `sb_params_0` and `sh0_0`: a model of Deformable Beta Splatting, whose \
+                    kernel is no Gaussian and whose colours are no spherical harmonics";
+        let todo = "render it with the code that trained it, or train a 3DGS model";
         return Err(SceneError::malformed(VERTEX, what, todo));
     }
     if !has("scale_") && !has("rot_") && !has("opacity") {

@@ -10,11 +10,11 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::super::Gaussians;
+use super::super::axes::StoredAxes;
 use super::super::convert::{opacities_beyond_bytes, opacity_byte, rest_of};
 use super::super::export::{Clamped, ExportError};
 use super::super::smallest_three::{SmallestThree, encode};
 use super::attributes::{Attribute, COLOUR_SCALE, component};
-use super::axes::Axes;
 use super::{FLAG_ANTIALIASED, MAGIC};
 
 const VERSION: u32 = 3;
@@ -30,7 +30,7 @@ const MOST_BITS: u8 = 23;
 pub(in super::super) fn write(scene: &Gaussians) -> Result<(Vec<u8>, Clamped), ExportError> {
     let bits = fractional_bits(scene)?;
     let mut turned = scene.clone();
-    Axes::of(&[]).expect("no record is a known system").turn(&mut turned);
+    StoredAxes::RIGHT_UP_BACK.turn(&mut turned);
     let mut clamped =
         Clamped { opacity: opacities_beyond_bytes(&scene.logit_opacities), ..Clamped::default() };
     let mut stream = GzEncoder::new(Vec::new(), Compression::best());

@@ -3,4 +3,5 @@
 mod camera;
 mod export;
 mod foveated;
+mod regressions;
 mod scene;

@@ -161,7 +161,7 @@ fn other_writers() {
     ]);
     let model = read(&files, "scene.gltf", None).unwrap();
     let scene = model.gaussians;
-    assert_eq!(model.warnings, [Warning::LinearColours]);
+    assert_eq!(model.warnings, [Warning::LinearColours, Warning::LogarithmicScales]);
     assert_eq!(scene.means[..2], [[1.0, -2.0, -3.0], [4.0, -5.0, -6.0]]);
     assert_eq!((scene.len(), scene.means[0]), (4, scene.means[2]));
     assert_eq!(scene.rotations[..2], [[0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 0.0]]);

@@ -15,6 +15,8 @@ fn empty_and_unknown_files() {
         assert!(matches!(read_bytes(bytes), Err(SceneError::Unknown { .. })), "{bytes:?}");
     }
     let error = read_bytes(b"{\"frames\": []}").unwrap_err().to_string();
+    assert!(error.contains("a camera file in place of a model"), "{error}");
+    let error = read_bytes(b"{\"points\": []}").unwrap_err().to_string();
     assert!(error.contains("without a key `means`"), "{error}");
     let error =
         read_bytes(&gzip(b"just some text, and quite a lot of it")).unwrap_err().to_string();

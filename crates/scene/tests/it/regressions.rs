@@ -1,0 +1,6 @@
+//! What was once wrong.
+
+mod coarse;
+mod dialects;
+mod foreign;
+mod gltf;
