@@ -164,9 +164,9 @@ pub struct OfSweep {
 }
 
 impl OfSweep {
-    /// The question of the sweep file.
-    pub fn new(sweep: &OpenedSweep<'_>) -> OfSweep {
-        let facts = SweepFacts::of(sweep);
+    /// The question of the sweep file; `most` designs of the front are to be confirmed.
+    pub fn new(sweep: &OpenedSweep<'_>, most: u16) -> OfSweep {
+        let facts = SweepFacts { confirm: Some(most), ..SweepFacts::of(sweep) };
         let question = facts.question();
         let table = Collector::new(&header(sweep), |column| question.needs(column));
         OfSweep { facts, question, table }

@@ -11,6 +11,7 @@ mod front;
 mod keys;
 mod measure;
 mod names;
+mod offers;
 mod output;
 mod page;
 mod ranks;
