@@ -17,9 +17,7 @@ use powergs_report::document::Document;
 use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::parts::{PartCount, parts_of, reopen, take_over};
 use powergs_study::sweep::run::search::search;
-use powergs_study::sweep::run::{
-    Existing, HandOut, OpenedSweep, Plan, SharedResults, SweepFolder,
-};
+use powergs_study::sweep::run::{Existing, HandOut, OpenedSweep, Plan, SharedResults, SweepFolder};
 
 /// The plan of a sweep, if the user lets it be made.
 fn planned(sweep: &OpenedSweep<'_>, context: &Context) -> Result<Plan, Failure> {

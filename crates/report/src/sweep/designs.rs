@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::Provenance;
 use super::measure::Measure;
-use super::offers::Offers;
 use super::names;
+use super::offers::Offers;
 use crate::document::{DesignColumn, DesignValue, PageDesigns};
 use powergs_study::analysis::Analysis;
 use powergs_study::sweep::unit::Unit;

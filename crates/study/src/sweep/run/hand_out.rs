@@ -361,9 +361,7 @@ fn of_text(key: &str, text: &str) -> Value {
     match Key::known(key).map(|(_, domain)| domain) {
         // Whatever it looks like: a file may be called `8`.
         Some(Domain::Text | Domain::Choice(_) | Domain::Measure(_)) => text.into(),
-        Some(Domain::Number(..)) => {
-            text.parse().map_or_else(|_| knob::written(text), Value::Float)
-        }
+        Some(Domain::Number(..)) => text.parse().map_or_else(|_| knob::written(text), Value::Float),
         Some(Domain::Integer(..) | Domain::Truth | Domain::List) | None => knob::written(text),
     }
 }
