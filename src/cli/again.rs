@@ -196,7 +196,7 @@ fn tell(
         }
     }
     page.facts(facts);
-    let columns = [Column::text("file"), Column::text("what differs")];
+    let columns = [Column::text("file"), Column::text("what differs").wraps()];
     let row = |(name, change): (&String, &FileChange)| {
         let what = match change {
             FileChange::Bytes if made[0] != made[1] => "bytes: another build made it".to_owned(),

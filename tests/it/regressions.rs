@@ -1,0 +1,6 @@
+//! What was once wrong, a test each, named after it.
+
+#[cfg(unix)]
+mod again;
+#[cfg(unix)]
+mod handout;
