@@ -2,5 +2,6 @@
 
 #[cfg(unix)]
 mod again;
+mod charts;
 #[cfg(unix)]
 mod handout;
