@@ -87,9 +87,9 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
     };
     let temporary = tempfile::tempdir().or_exit(Exit::Usage, "a temporary folder")?;
     let fresh = if args.out.is_some() { kept } else { temporary.path().join("again") };
-    let beside = temporary.path().join("files");
-    fs::create_dir(&beside).or_exit(Exit::Usage, "a temporary folder")?;
-    let again = repeated(folder, &invocation.command, &fresh, &beside)?;
+    let files = temporary.path().join("files");
+    fs::create_dir(&files).or_exit(Exit::Usage, "a temporary folder")?;
+    let again = repeated(folder, &invocation.command, &fresh, &files)?;
     let place = args.place.clone().unwrap_or(invocation.working_folder);
     if !place.is_dir() {
         let what = format!(

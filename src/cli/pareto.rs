@@ -309,7 +309,7 @@ fn answer(
     let asked = question::noted(&question);
     let out = match &args.out {
         Some(path) => folder::given(path, &args.folder)?,
-        None => folder::beside(&args.folder, &asked)?,
+        None => folder::next_to(&args.folder, &asked)?,
     };
     let confirmation = confirm::noted(&args.folder, &analysis);
     let confirmation = confirmation.as_ref();

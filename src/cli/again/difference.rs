@@ -94,7 +94,7 @@ fn files(folder: &Path) -> Result<FolderFiles, Failure> {
     Ok(found)
 }
 
-/// The files of two folders beside each other.
+/// The files of two folders, compared one by one.
 ///
 /// # Errors
 /// Exit code 3: a file that cannot be read.

@@ -24,12 +24,12 @@ pub(super) struct RepeatedCommand {
 const FOLDERS: [&str; 6] = ["replay", "compare", "sensitivity", "sweep", "optimize", "codesign"];
 /// Arguments that say where the folder is, what becomes of one that is there, and what is printed.
 const OF_FOLDER: [&str; 5] = ["out", "force", "resume", "json", "quiet"];
-/// Arguments that name a file which is written beside the folder.
+/// Arguments that name a file which is written besides the folder.
 const FILES: [&str; 2] = ["dump_dram", "csv"];
 /// The argument that names results of other runs: with them nothing would be simulated.
 const STORE: &str = "store";
 
-/// The command of `folder` once more, with `fresh` as its folder and other files in `beside`.
+/// The command of `folder` once more, with `fresh` as its folder and other files in `files`.
 ///
 /// # Errors
 /// Exit code 3: a command that this version does not know, or that writes no folder.
@@ -37,7 +37,7 @@ pub(super) fn repeated(
     folder: &Path,
     command: &[String],
     fresh: &Path,
-    beside: &Path,
+    files: &Path,
 ) -> Result<RepeatedCommand, Failure> {
     let typed: Vec<&str> = command.iter().skip(1).map(String::as_str).collect();
     let refuse = |why: String| {
@@ -76,7 +76,7 @@ pub(super) fn repeated(
             let store = occurrences.concat().concat();
             again.notes.push(format!("--store {store} is left out: everything is simulated"));
         } else if FILES.contains(&id) {
-            let file = beside.join(id).display().to_string();
+            let file = files.join(id).display().to_string();
             again.words.extend(flag(arg).map(|flag| format!("{flag}={file}")));
         } else if let Some(place) = arg.get_index() {
             again.values.extend(occurrences.concat());

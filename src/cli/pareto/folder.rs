@@ -81,12 +81,12 @@ fn is_of_sweep(path: &Path) -> bool {
     path.exists() && !path.join(QUESTION).is_file()
 }
 
-/// Where the report of a question goes: beside that of the sweep, in place of an earlier answer to
+/// Where the report of a question goes: next to that of the sweep, in place of an earlier answer to
 /// the same question.
 ///
 /// # Errors
 /// Exit code 2: there are too many.
-pub(super) fn beside(sweep: &Path, question: &str) -> Result<PathBuf, Failure> {
+pub(super) fn next_to(sweep: &Path, question: &str) -> Result<PathBuf, Failure> {
     let base = sweep.join(FOLDER);
     let is_free = |path: &PathBuf| {
         let asked = path.join(QUESTION);

@@ -30,7 +30,7 @@ pub struct HandOut {
     /// The words of the command of the sweep, but `--confirm`.
     pub sweep: Vec<String>,
     /// Whether designs were simulated with `calibrated` in place of their own model of the DRAM,
-    /// and nobody asked for it.
+    /// without being asked.
     pub is_calibrated: bool,
     /// Whether rows have another model of the DRAM than the machine files of their designs.
     pub has_other_model: bool,
@@ -48,7 +48,7 @@ pub struct HandOut {
     set: Vec<[String; 2]>,
     /// What the values of axes with several keys mean: axis, value, keys.
     pub variants: BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>>,
-    /// Files that lie beside the sweep file: as keys name them, and where they are.
+    /// Files in the folder of the sweep file: as keys name them, and where they are.
     places: BTreeMap<String, String>,
 }
 
@@ -304,12 +304,12 @@ fn words(request: &SweepRequest, frames: Option<&str>) -> Vec<String> {
     words
 }
 
-/// A file beside the sweep file, where it is; anything else as it is called.
+/// A file in the folder of the sweep file, where it is; anything else as it is called.
 fn placed(name: &str, folder: Option<&Path>) -> String {
     // Files that come with the program have no dot in their names.
     let is_path = name.contains(['/', '\\', '.']);
-    let beside = folder.map(|folder| folder.join(name)).filter(|path| is_path && path.is_file());
-    beside.map_or_else(|| name.to_owned(), |path| path.display().to_string())
+    let found = folder.map(|folder| folder.join(name)).filter(|path| is_path && path.is_file());
+    found.map_or_else(|| name.to_owned(), |path| path.display().to_string())
 }
 
 /// Values of the keys that may be paths, anywhere in a sweep file.
