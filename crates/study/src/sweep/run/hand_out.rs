@@ -138,7 +138,8 @@ impl HandOut {
             traces: traces.iter().map(trace).collect(),
             frames,
             tables: file.energy.iter().map(table).collect(),
-            display: file.display.as_deref().map(place),
+            // A path on the command line is not one in the file.
+            display: request.display.clone().or_else(|| file.display.as_deref().map(place)),
             display_fps: file.display_fps,
             set,
             variants: variants(file),
@@ -216,7 +217,10 @@ impl HandOut {
                 others.extend(word);
                 continue;
             }
-            machine.extend(word);
+            // Every command names the model of its row.
+            if key != MODEL {
+                machine.extend(word);
+            }
             // A table of the sweep comes before that of a key.
             if key != "energy" || named.is_none() {
                 lines.push(format!("{} = {value}", path(key)));
