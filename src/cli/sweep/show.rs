@@ -34,8 +34,8 @@ struct ShownDesign<'a> {
 /// `sweep show`.
 ///
 /// # Errors
-/// Exit code 2 or 3: a folder that holds no sweep, or one whose files have changed; a design that is
-/// not there.
+/// Exit code 2 or 3: a folder that holds no sweep, or one whose files have changed; a design that
+/// is not there.
 pub fn show(args: &ShowArgs, context: &Context) -> Result<Exit, Failure> {
     let sweep = reopen(&FileStore::new(&args.folder))?;
     let place = args.folder.display().to_string();

@@ -1,5 +1,5 @@
-//! What a page hands out of the designs of a sweep: commands that give their rows again, and machine
-//! files.
+//! What a page hands out of the designs of a sweep: commands that give their rows again, and
+//! machine files.
 
 use crate::document::{DesignOffer, DesignReplay};
 use powergs_base::shell;
