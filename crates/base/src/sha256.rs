@@ -114,8 +114,7 @@ fn block(state: [u32; 8], block: &[u8]) -> [u32; 8] {
     for (round, word) in ROUNDS.into_iter().zip(words) {
         let sum = e.rotate_right(6) ^ e.rotate_right(11) ^ e.rotate_right(25);
         let choice = (e & f) ^ (!e & g);
-        let first =
-            [sum, choice, round, word].into_iter().fold(h, |total, part| total.wrapping_add(part));
+        let first = [sum, choice, round, word].into_iter().fold(h, u32::wrapping_add);
         let sum = a.rotate_right(2) ^ a.rotate_right(13) ^ a.rotate_right(22);
         let majority = (a & b) ^ (a & c) ^ (b & c);
         (h, g, f, e) = (g, f, e, d.wrapping_add(first));
