@@ -202,8 +202,8 @@ class Machine:
     def dram_peak_gb_s(self) -> float:
         """Peak rate of its DRAM, 10⁹ bytes per second."""
     @property
-    def area_mm2(self) -> float | None:
-        """Area of the chip, mm²; ``None`` where the energy table has no areas."""
+    def area_mm2(self) -> float:
+        """Area of the chip, mm²; NaN where the energy table has no areas."""
     def area(self) -> Table:
         """Area and peak power of its blocks: ``block``, ``area_mm2``, ``peak_power_w``."""
     def keys(self, file: Literal["machine", "energy", "dram", "display"] = "machine") -> Table:
@@ -733,8 +733,8 @@ class Report:
     def display_power_w(self) -> float | None:
         """Power of the display, watts, where the trace has the means of its pictures."""
     @property
-    def area_mm2(self) -> float | None:
-        """Area of the chip, mm²; ``None`` where the energy table has no areas."""
+    def area_mm2(self) -> float:
+        """Area of the chip, mm²; NaN where the energy table has no areas."""
     @property
     def deadline_misses(self) -> int | None:
         """Frames that took longer than a period of the display; ``None`` in the ``paper`` model."""

@@ -81,6 +81,11 @@ impl Machine {
         &self.name
     }
 
+    /// Area of the chip, mm², where the energy table has areas.
+    fn known_area(&self) -> Option<f64> {
+        self.system.prices().area.as_ref().map(|area| area.total().0)
+    }
+
     /// The same machine with another system.
     pub fn of(&self, system: System) -> Machine {
         Machine { system: Arc::new(system), name: self.name.clone() }
@@ -249,10 +254,10 @@ impl Machine {
         self.system.dram_peak() * 1e-9
     }
 
-    /// Area of the chip, mm²; ``None`` where the energy table has no areas.
+    /// Area of the chip, mm²; NaN where the energy table has no areas.
     #[getter]
-    fn area_mm2(&self) -> Option<f64> {
-        self.system.prices().area.as_ref().map(|area| area.total().0)
+    fn area_mm2(&self) -> f64 {
+        self.known_area().unwrap_or(f64::NAN)
     }
 
     /// Area and peak power of its blocks: ``block``, ``area_mm2``, ``peak_power_w``.
@@ -369,7 +374,7 @@ impl Machine {
 
     fn __repr__(&self) -> String {
         let clock = self.system.machine().clock;
-        let area = self.area_mm2().map(|mm2| format!(", {mm2:.3} mm²")).unwrap_or_default();
+        let area = self.known_area().map(|mm2| format!(", {mm2:.3} mm²")).unwrap_or_default();
         format!("<Machine {}: {clock}, {}{area}>", self.name(), self.energy_table())
     }
 
@@ -382,7 +387,7 @@ impl Machine {
             ("energy table", self.energy_table().to_owned()),
             ("DRAM", format!("{:.1} GB/s at most", self.dram_peak_gb_s())),
         ];
-        facts.extend(self.area_mm2().map(|mm2| ("area", format!("{mm2:.3} mm²"))));
+        facts.extend(self.known_area().map(|mm2| ("area", format!("{mm2:.3} mm²"))));
         page.facts(facts);
         page.fragment().map_err(defect)
     }

@@ -270,10 +270,10 @@ impl Report {
         self.record.mean(Key::DisplayPower)
     }
 
-    /// Area of the chip, mm²; ``None`` where the energy table has no areas.
+    /// Area of the chip, mm²; NaN where the energy table has no areas.
     #[getter]
-    fn area_mm2(&self) -> Option<f64> {
-        self.record.mean(Key::Area)
+    fn area_mm2(&self) -> f64 {
+        self.record.mean(Key::Area).unwrap_or(f64::NAN)
     }
 
     /// Frames that took longer than a period of the display; ``None`` in the ``paper`` model.

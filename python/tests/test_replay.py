@@ -117,6 +117,18 @@ def test_machines_change_and_compare(gscore) -> None:
     assert "vru.cores" in gscore.keys()["key"] and "static" in gscore.keys("display")["key"]
 
 
+def test_a_missing_area_is_not_a_number_and_never_zero(trace) -> None:
+    machine = powergs.Machine("gscore", energy="paper")
+    assert math.isnan(machine.area_mm2) and "mm²" not in repr(machine)
+    report = trace.replay(machine)
+    assert math.isnan(report.area_mm2)
+    # What is not known beats nothing.
+    space = powergs.Space({"vru.cores": [2, 4]})
+    for candidate, area in zip(space, (report.area_mm2, 3.0)):
+        space.tell(candidate, {"ms": report.frame_time_ms, "mm2": area})
+    assert space.pareto(minimize=["mm2"])["point"] == [1]
+
+
 def test_parts_that_a_machine_does_not_have(gscore) -> None:
     cached = gscore.with_({"cache.capacity": "32 KiB", "cache.ways": 8})
     assert (cached["cache.ways"], gscore["cache.capacity"]) == (8, "0 B")

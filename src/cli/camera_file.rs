@@ -4,6 +4,7 @@
 //! `--frames`, `--size`, `--stereo`, `--fov`.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -138,6 +139,14 @@ pub struct FrameRange {
     pub start: usize,
     /// One after the last frame; `None`: to the end.
     pub end: Option<usize>,
+}
+
+impl fmt::Display for FrameRange {
+    /// As `--frames` takes it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let end = self.end.map_or(String::new(), |end| end.to_string());
+        write!(f, "{}..{end}", self.start)
+    }
 }
 
 /// Views, ready to render.

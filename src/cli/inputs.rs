@@ -17,7 +17,8 @@ const MAGIC: [u8; 8] = *b"\x89PGST\r\n\x1a";
 /// Changes of machines.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct SetArgs {
-    /// Change a key of the machine, of each if there are several: vru.cores=8; may be repeated
+    /// Change a key of the machine, of each if there are several: vru.cores=8; keys of its other
+    /// files behind energy:, dram: or display:; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
 }

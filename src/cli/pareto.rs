@@ -33,7 +33,9 @@ Examples:
   powergs-sim pareto reports/units --design 12 --colour vru.cores
 
 DIR is the folder of a sweep. The answer is printed, and written with charts and
-an HTML report to DIR/analysis.";
+an HTML report to DIR/analysis-2, or the next free number: the report of the
+sweep itself, DIR/analysis, stays as it is. The same question asked again
+replaces its own report.";
 
 /// The arguments of `pareto`.
 #[derive(Debug, Clone, clap::Args)]
@@ -80,7 +82,8 @@ pub struct ParetoArgs {
     #[arg(long, value_name = "N", default_value = "10")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub top: u16,
-    /// Folder for the report [default: DIR/analysis]; a report there is replaced
+    /// Folder for the report, which replaces one of pareto [default: the first free of
+    /// DIR/analysis-2, DIR/analysis-3, ...]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Also write the rows of the front to FILE
@@ -145,6 +148,9 @@ pub fn run(args: &ParetoArgs, context: &Context) -> Result<Exit, Failure> {
 /// The folder of the analysis in that of its sweep.
 const FOLDER: &str = "analysis";
 
+/// What was asked, in the folder of an answer of `pareto`.
+pub const QUESTION: &str = "question.toml";
+
 /// Where the report of a finished sweep is in its folder.
 pub const REPORT: &str = "analysis/report.html";
 
@@ -164,9 +170,9 @@ pub struct OfSweep {
 }
 
 impl OfSweep {
-    /// The question of the sweep file.
-    pub fn new(sweep: &OpenedSweep<'_>) -> OfSweep {
-        let facts = SweepFacts::of(sweep);
+    /// The question of the sweep file; `most` designs of the front are to be confirmed.
+    pub fn new(sweep: &OpenedSweep<'_>, most: u16) -> OfSweep {
+        let facts = SweepFacts { confirm: Some(most), ..SweepFacts::of(sweep) };
         let question = facts.question();
         let table = Collector::new(&header(sweep), |column| question.needs(column));
         OfSweep { facts, question, table }
@@ -241,7 +247,8 @@ impl OfSweep {
         let pareto = pareto.or_exit(Exit::Internal, "pareto.csv")?;
         let provenance = provenance(&self.facts, &[]);
         let out = path.join(FOLDER);
-        let from = Sources { pareto: &pareto, confirmation, provenance: &provenance };
+        let question = None;
+        let from = Sources { pareto: &pareto, confirmation, provenance: &provenance, question };
         let written = folder::write(&out, &analysis, &from, context)?;
         written.ok_or(Unanswered::Interrupted)?;
         Ok(report::document(&analysis, &[], confirmation, &provenance))
@@ -299,10 +306,15 @@ fn answer(
         write_atomically(path, |w| w.write_all(&pareto))?;
     }
     let provenance = provenance(&sweep.facts, typed);
-    let out = args.out.clone().unwrap_or_else(|| args.folder.join(FOLDER));
+    let asked = question::noted(&question);
+    let out = match &args.out {
+        Some(path) => folder::given(path, &args.folder)?,
+        None => folder::next_to(&args.folder, &asked)?,
+    };
     let confirmation = confirm::noted(&args.folder, &analysis);
     let confirmation = confirmation.as_ref();
-    let from = Sources { pareto: &pareto, confirmation, provenance: &provenance };
+    let question = Some(asked.as_str());
+    let from = Sources { pareto: &pareto, confirmation, provenance: &provenance, question };
     let written = folder::write(&out, &analysis, &from, context)?;
     let Some(written) = written else { return Ok(None) };
     let json = serde_json::to_value(report::json(&analysis)).or_exit(Exit::Internal, "json")?;

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
+
 use super::chart_args::ChartArgs;
 use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
@@ -9,6 +11,7 @@ use super::progress::{ProgressCounts, WatchedProgress};
 use super::run_folder::{ReportArgs, RunFolder};
 use super::timeline::{self, TimelineRequest};
 use super::{Context, Exit, Failure, OrExit, inputs, out, output_file, sight};
+use powergs_base::shell;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::session::Target;
 use powergs_core::run::store::atomic::write_atomically;
@@ -290,36 +293,40 @@ fn next_command(args: &ReplayArgs, advice: Option<Advice<'_>>) -> String {
         Some(Advice::Take(step) | Advice::Fastest(step)) => &step.sets,
         Some(Advice::AreaOnly(_) | Advice::Nothing) | None => &[],
     };
-    let preset = args.arch == DEFAULT_ARCH && args.machine.changes.sets.is_empty();
-    if preset && matches!(advice, Some(Advice::AreaOnly(_))) {
-        let trace = args.trace.display().to_string();
-        let words = ["powergs-sim", "sweep", "gscore-units", "--traces", &trace];
-        return continued(words.iter().map(|word| quoted(word)));
-    }
-    let mut words = vec!["powergs-sim".into(), "replay".into()];
-    words.push(args.trace.display().to_string());
-    if args.arch != DEFAULT_ARCH {
-        words.extend(["--arch".into(), args.arch.clone()]);
-    }
-    for set in args.machine.changes.sets.iter().chain(step) {
-        words.extend(["--set".into(), set.clone()]);
-    }
-    if let Some(energy) = &args.machine.energy {
-        words.extend(["--energy".into(), energy.clone()]);
-    }
-    if args.model == ModelArg::Cycle && step.is_empty() {
-        words.extend(["--model".into(), "paper".into()]);
-    }
+    let mut shown = Vec::new();
+    let mut flag = |name: &str, value: String| shown.extend([name.to_owned(), value]);
+    args.shown.only.frames.iter().for_each(|frames| flag("--frames", frames.to_string()));
     if args.shown.fps != 60.0 {
-        words.extend(["--fps".into(), report::format::rate(args.shown.fps)]);
+        flag("--fps", args.shown.fps.to_string());
     }
-    continued(words.iter().map(|word| quoted(word)))
+    if args.display != DEFAULT_DISPLAY {
+        flag("--display", args.display.clone());
+    }
+    let mut machine = Vec::new();
+    let mut flag = |name: &str, value: String| machine.extend([name.to_owned(), value]);
+    if args.arch != DEFAULT_ARCH {
+        flag("--arch", args.arch.clone());
+    }
+    args.machine.changes.sets.iter().chain(step).for_each(|set| flag("--set", set.clone()));
+    args.machine.energy.iter().for_each(|energy| flag("--energy", energy.clone()));
+    if let Some(model) = args.dram_model.and_then(|model| model.to_possible_value()) {
+        flag("--dram-model", model.get_name().to_owned());
+    }
+    let trace = args.trace.display().to_string();
+    let words = if machine.is_empty() && matches!(advice, Some(Advice::AreaOnly(_))) {
+        [words_of(&["sweep", "gscore-units", "--traces", &trace]), shown].concat()
+    } else if args.model == ModelArg::Cycle && step.is_empty() {
+        // The published model has no machine.
+        [words_of(&["replay", &trace, "--model", "paper"]), shown].concat()
+    } else {
+        [words_of(&["replay", &trace]), machine, shown].concat()
+    };
+    let words = ["powergs-sim".to_owned()].into_iter().chain(words);
+    continued(words.map(|word| shell::quoted(&word)))
 }
 
-/// A word as a shell takes it for one.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=:,".contains(c);
-    if word.chars().all(plain) { word.to_owned() } else { format!("'{word}'") }
+fn words_of(words: &[&str]) -> Vec<String> {
+    words.iter().map(|word| (*word).to_owned()).collect()
 }
 
 /// Words of a command in lines that a shell takes for one, as wide as the terminal beside `next`.

@@ -189,7 +189,8 @@ impl RunFolderTarget {
     }
 }
 
-fn numbered(base: &Path, i: usize) -> PathBuf {
+/// `base`, `base-2`, `base-3`, …: the `i`-th, from 1.
+pub fn numbered(base: &Path, i: usize) -> PathBuf {
     if i == 1 {
         return base.to_owned();
     }

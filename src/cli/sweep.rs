@@ -7,6 +7,7 @@ mod finish;
 mod meter;
 mod parts;
 mod run;
+mod show;
 mod slurm;
 
 pub use args::{EXAMPLES, SweepCommandArgs};
@@ -21,6 +22,6 @@ pub fn run(args: &SweepCommandArgs, context: &Context) -> Result<Exit, Failure> 
         None => run::run(&args.sweep, context),
         Some(Command::Status(args)) => parts::status(args, context),
         Some(Command::Merge(args)) => parts::merge(args, context),
-        Some(Command::Show(args)) => parts::show(args, context),
+        Some(Command::Show(args)) => show::show(args, context),
     }
 }

@@ -6,6 +6,10 @@ Needs Chromium and the packages of .ci/browser.txt; says so and ends well where 
 are left in FOLDER.
 """
 
+import base64
+import csv
+import json
+import shlex
 import shutil
 import subprocess
 import sys
@@ -55,6 +59,7 @@ def main() -> int:
                     page.close()
         answers(browser.new_page(viewport={"width": 1280, "height": 900}), pages["sweep"], program, Path(home))
         speaks(browser.new_page(viewport={"width": 1280, "height": 900}), pages["replay"])
+        scales(browser, pages["replay"])
         silent(browser.new_context(java_script_enabled=False).new_page(), pages["sweep"])
         browser.close()
     print(f"browser: {len(pages)} pages at two widths, light and dark")
@@ -87,16 +92,18 @@ def answers(page, path: Path, program: Path, home: Path) -> None:
     tip = page.locator(".tip").inner_text()
     assert tip.startswith("#") and "vru.cores: " in tip, tip
     dot.click()
-    # The command of a design is one that runs, and its machine file is one.
+    # The command of a design gives the numbers of its row, and so does its machine file.
     command, machine = (page.locator(".card pre").nth(i).inner_text() for i in range(2))
-    words = command.replace("'", "").replace(" demo.bin", " traces/demo.bin").split(" --set ")
-    words = [*words[0].split(), *(w for setting in words[1:] for w in ("--set", setting))]
-    subprocess.run([program, *words[1:], "--quiet", "--out", home / "design"], cwd=home, check=True)
     (home / "design.toml").write_text(machine)
-    subprocess.run([program, "arch", "check", home / "design.toml"], check=True, stdout=subprocess.DEVNULL)
-    lines = (home / "design" / "results.csv").read_text().splitlines()
-    frame = lines[0].split(",").index("frame_time_ms.mean") if "frame_time_ms.mean" in lines[0].split(",") else None
-    assert len(lines) > 1 and (frame is None or float(lines[-1].split(",")[frame]) > 0)
+    of_file = machine.splitlines()[0].removeprefix("# ").replace(" FILE", " design.toml")
+    point = page.locator(".card h3").inner_text().split(" ")[0].removeprefix("#")
+    with open(home / "sweep" / "results.csv", encoding="utf-8") as file:
+        row = next(r for r in csv.DictReader(file) if (r["point"], r["scope"]) == (point, "mean"))
+    for line in (command, of_file):
+        words = [str(program), *shlex.split(line)[1:], "--what-if", "0", "--json", "--quiet", "--out", "design", "--force"]
+        said = json.loads(subprocess.run(words, cwd=home, check=True, capture_output=True).stdout)
+        seen = (said["aggregate"]["frame_time_ms"]["mean"], said["aggregate"]["power_w"]["total"]["mean"])
+        assert seen == (float(row["frame_time_ms.mean"]), float(row["power_w.mean"])), f"{line}: {seen}"
     for text, is_less in [("vru.cores >= 4", True), ("frame_time_ms.p99 <= 500 us && area_mm2.core < 6", True),
                           ("sorters == 'lean' || !(sorters == 'lean')", False), ("buffers.feature.capacity <= 64 KiB", True)]:
         page.fill("#where", text)
@@ -135,6 +142,59 @@ def speaks(page, path: Path) -> None:
             return hit.querySelector("title")?.textContent ?? "";
         }"""))
     assert all(heard) and any("dram · " in words for words in heard), heard
+
+
+def scales(browser, path: Path) -> None:
+    """A heat map has the colours of its scale, the same in the light and in the dark, and text can be read in both."""
+    seen = {}
+    for scheme in ("light", "dark"):
+        page = browser.new_page(viewport={"width": 1280, "height": 900}, color_scheme=scheme)
+        page.goto(path.as_uri())
+        chart = page.locator("figure .wide svg:has(image)").last
+        chart.scroll_into_view_if_needed()
+        places, contrast = chart.evaluate("""svg => {
+            const home = svg.getBoundingClientRect();
+            const middle = e => { const b = e.getBoundingClientRect(); return [b.x + b.width / 2 - home.x, b.y + b.height / 2 - home.y]; };
+            const bands = [...svg.querySelectorAll('rect[width="22"]')].map(middle);
+            const map = [...svg.querySelectorAll("image")].pop().getBoundingClientRect(), tiles = [];
+            for (let i = 0; i < 12; i++) for (let j = 0; j < 12; j++)
+                tiles.push([map.x - home.x + map.width * (i + .5) / 12, map.y - home.y + map.height * (j + .5) / 12]);
+            const light = text => {
+                const linear = text.match(/\\d+/g).slice(0, 3).map(v => v / 255).map(v => v <= .04045 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4);
+                return .2126 * linear[0] + .7152 * linear[1] + .0722 * linear[2];
+            };
+            const paper = light(getComputedStyle(svg.querySelector("rect")).fill);
+            const contrasts = [...svg.querySelectorAll('text[fill^="var("]')].map(e => {
+                const [a, b] = [light(getComputedStyle(e).fill), paper].sort((a, b) => b - a);
+                return (a + .05) / (b + .05);
+            });
+            return [{bands, tiles}, Math.min(...contrasts)];
+        }""")
+        assert len(places["bands"]) == 50, f"{scheme}: {len(places['bands'])} bands"
+        assert contrast >= 4.5, f"{scheme}: text has a contrast of {contrast:.1f}"
+        shot = base64.b64encode(chart.screenshot()).decode()
+        blank = browser.new_page()
+        seen[scheme] = blank.evaluate("""async ([shot, places]) => {
+            const image = new Image();
+            image.src = "data:image/png;base64," + shot;
+            await image.decode();
+            const canvas = document.createElement("canvas");
+            [canvas.width, canvas.height] = [image.width, image.height];
+            const context = canvas.getContext("2d");
+            context.drawImage(image, 0, 0);
+            const colour = ([x, y]) => [...context.getImageData(Math.round(x), Math.round(y), 1, 1).data].slice(0, 3);
+            return Object.fromEntries(Object.entries(places).map(([name, all]) => [name, all.map(colour)]));
+        }""", [shot, places])
+        blank.close()
+        page.close()
+    apart = lambda a, b: max(abs(x - y) for x, y in zip(a, b))
+    for name in ("bands", "tiles"):
+        worst = max(apart(a, b) for a, b in zip(seen["light"][name], seen["dark"][name]))
+        assert worst <= 2, f"{name} are other colours in the dark: {worst}"
+    for scheme, colours in seen.items():
+        # Neighbouring bands differ by up to 30; what is between them is of the scale.
+        lost = [tile for tile in colours["tiles"] if min(apart(tile, band) for band in colours["bands"]) > 20]
+        assert not lost, f"{scheme}: {lost[0]} is not on the scale"
 
 
 def silent(page, path: Path) -> None:

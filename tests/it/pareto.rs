@@ -297,7 +297,7 @@ fn a_design_below_the_display_rate_is_no_answer() {
         .code(0)
         .stdout(predicate::str::contains("Knee: #0"))
         .stdout(predicate::str::contains("missed"));
-    let rows = fs::read_to_string(root.path().join("analysis/pareto.csv")).expect("rows");
+    let rows = fs::read_to_string(root.path().join("analysis-2/pareto.csv")).expect("rows");
     assert!(rows.contains("\nknee,true,,0,"), "{rows}");
 }
 

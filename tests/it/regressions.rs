@@ -1,4 +1,9 @@
 //! What was wrong once, by what was wrong with it.
 
+#[cfg(unix)]
+mod again;
+mod charts;
+#[cfg(unix)]
+mod handout;
 mod inputs;
 mod scenes;

@@ -8,6 +8,8 @@ pub mod format;
 pub mod number;
 pub mod picture;
 pub mod quantity;
+pub mod sha256;
+pub mod shell;
 
 /// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
 /// goes away; new names alone do not raise it.

@@ -51,11 +51,19 @@ impl Colour {
         Colour::YELLOW,
     ];
 
-    /// The colour of text on this one.
+    /// Dark text on a colour that is the same in the light and in the dark.
+    const ON_LIGHT: Colour = Colour(33, 33, 33);
+    /// Light text on such a colour.
+    const ON_DARK: Colour = Colour(254, 254, 254);
+
+    /// The colour of text on this one, which goes with it into the dark.
     pub(crate) fn text(self) -> Colour {
+        if [Colour::PAPER, Colour::PALE, Colour::GRID].contains(&self) {
+            return Colour::INK;
+        }
         let Colour(r, g, b) = self;
         let [r, g, b] = [r, g, b].map(f64::from);
-        if 0.299 * r + 0.587 * g + 0.114 * b > 125.0 { Colour::INK } else { Colour::PAPER }
+        if 0.299 * r + 0.587 * g + 0.114 * b > 125.0 { Colour::ON_LIGHT } else { Colour::ON_DARK }
     }
 
     /// The outline of a mark of this colour that stands out from the page three to one, as WCAG 2.1

@@ -5,6 +5,7 @@ mod axis;
 mod colour;
 mod mark;
 pub mod render;
+mod scheme;
 mod style;
 pub use axis::{Axis, Name, Scale, Ticks, ends, label as tick_label};
 pub use colour::Colour;
@@ -12,9 +13,11 @@ pub use mark::{
     Bar, Bin, Cell, Form, Gauge, Label, Line, Mark, Part, Place, Points, Rule, Side, Size, Span,
     Weight,
 };
+pub use scheme::dark_declarations;
 pub use style::{Format, Sheet, Style};
 
 use powergs_pixels::RgbImage;
+use scheme::Palette;
 
 /// A chart: a title, panels with axes, and what explains them.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +106,18 @@ impl Chart {
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
     pub fn svg(&self, style: Style) -> Result<String, DrawError> {
-        render::svg::svg(&self.scene(style)?).map_err(|reason| self.failed(reason))
+        let svg = render::svg::svg(&self.scene(style)?, Palette::Fixed);
+        svg.map_err(|reason| self.failed(reason))
+    }
+
+    /// As SVG inside of a page: colours follow the page where it declares [`dark_declarations`];
+    /// those of scales and pictures are the same in every page.
+    ///
+    /// # Errors
+    /// [`DrawError`]: a defect of this crate.
+    pub fn page_svg(&self, style: Style) -> Result<String, DrawError> {
+        let svg = render::svg::svg(&self.scene(style)?, Palette::OfPage);
+        svg.map_err(|reason| self.failed(reason))
     }
 
     /// As PNG; a slide has 1920 x 1080 pixels.

@@ -10,7 +10,7 @@ mod table;
 mod terminal;
 mod text;
 
-pub use designs::{DesignColumn, DesignValue, PageDesigns};
+pub use designs::{DesignColumn, DesignOffer, DesignReplay, DesignValue, PageDesigns};
 pub use table::{Cell, Column, Kind, Table};
 pub use text::{Span, Text};
 

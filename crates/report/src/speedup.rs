@@ -66,13 +66,22 @@ fn name(gain: Gain) -> &'static str {
     }
 }
 
+/// Why a machine has no bar, where that is no lack of numbers.
+fn withheld(all: &SpeedUp, gain: Gain, machine: usize) -> Option<&'static str> {
+    let is_of_node = gain != Gain::Speed && !all.machines[machine].is_comparable;
+    is_of_node.then_some("another node")
+}
+
 /// A bar a machine: its geometric mean over the traces.
 fn means(all: &SpeedUp, gain: Gain) -> Panel {
     let machines = 1..all.machines.len();
     let mut highest = 1.0f64;
     let mut bars = Vec::new();
     for m in machines.clone() {
-        let Some(mean) = all.mean(gain, m) else { continue };
+        let Some(mean) = all.mean(gain, m) else {
+            bars.extend(withheld(all, gain, m).map(|why| Bar::new(m - 1, Vec::new()).end(why)));
+            continue;
+        };
         highest = highest.max(mean);
         let bar = Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]);
         bars.push(bar.end(format!("{mean:.2}")));
@@ -93,7 +102,12 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
     let mut highest = 1.0f64;
     for row in 0..=traces {
         for m in 1..machines {
-            let Some(v) = value(m, row) else { continue };
+            let lane = (m - 1, machines - 1);
+            let Some(v) = value(m, row) else {
+                let empty = |why: &str| Bar { lane, ..Bar::new(row, Vec::new()).end(why) };
+                bars.extend(withheld(all, gain, m).map(empty));
+                continue;
+            };
             highest = highest.max(v);
             let (number, colour) = (format!("{v:.2}"), COLOURS[m - 1]);
             // Behind the end of a bar just below 1 the line would go through it.
@@ -101,7 +115,7 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
                 true => Bar::new(row, vec![Part { label: number, ..Part::new(v, colour) }]),
                 false => Bar::new(row, vec![Part::new(v, colour)]).end(number),
             };
-            bars.push(Bar { lane: (m - 1, machines - 1), ..bar });
+            bars.push(Bar { lane, ..bar });
         }
     }
     let names = all.traces[..traces].iter().map(|t| Words::from(shortened(t, 24)));

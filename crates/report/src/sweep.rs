@@ -11,6 +11,7 @@ mod front;
 mod keys;
 mod measure;
 mod names;
+mod offers;
 mod output;
 mod page;
 mod ranks;
@@ -28,7 +29,7 @@ use powergs_study::analysis::{Analysis, speedup as of_traces};
 
 /// Whether the folder `analysis` may hold a file of this name.
 pub fn is_file_name(name: &str) -> bool {
-    ["pareto.csv", "speedup.csv"].contains(&name)
+    ["pareto.csv", "speedup.csv", "question.toml"].contains(&name)
         || super::PAGES.contains(&name)
         || super::is_chart(name, &CHART_NAMES)
 }

@@ -1,11 +1,11 @@
 //! The folder of a sweep, and the folder of its analysis.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::failure;
-use crate::cli::run_folder::RunFolder;
+use super::{FOLDER, QUESTION, failure};
+use crate::cli::run_folder::{RunFolder, numbered};
 use crate::cli::{Context, Exit, Failure, OrExit};
 use powergs_core::run::store::FileStore;
 use powergs_report::sweep::{self, Provenance};
@@ -73,6 +73,47 @@ impl FinishedSweep {
     }
 }
 
+/// Reports of a sweep are numbered up to here.
+const REPORTS_MAX: usize = 1000;
+
+/// Whether a folder has the report that a sweep wrote at its end: no question of its own.
+fn is_of_sweep(path: &Path) -> bool {
+    path.exists() && !path.join(QUESTION).is_file()
+}
+
+/// Where the report of a question goes: next to that of the sweep, in place of an earlier answer to
+/// the same question.
+///
+/// # Errors
+/// Exit code 2: there are too many.
+pub(super) fn next_to(sweep: &Path, question: &str) -> Result<PathBuf, Failure> {
+    let base = sweep.join(FOLDER);
+    let is_free = |path: &PathBuf| {
+        let asked = path.join(QUESTION);
+        let is_same = asked.is_file() && fs::read_to_string(&asked).is_ok_and(|q| q == question);
+        is_same || !path.exists()
+    };
+    let found = (1..=REPORTS_MAX).map(|i| numbered(&base, i)).find(is_free);
+    found.ok_or_else(|| {
+        let what = "holds too many reports; delete old ones or give --out a folder";
+        Failure::new(Exit::Usage, format!("{}: {what}", sweep.display()))
+    })
+}
+
+/// A folder that the user names: not the report of the sweep.
+///
+/// # Errors
+/// Exit code 2: it is that.
+pub(super) fn given(path: &Path, sweep: &Path) -> Result<PathBuf, Failure> {
+    let whole = |path: &Path| fs::canonicalize(path).ok();
+    let own = sweep.join(FOLDER);
+    if is_of_sweep(&own) && whole(path).is_some() && whole(path) == whole(&own) {
+        let what = "is the report of the sweep itself; leave --out out or give another folder";
+        return Err(Failure::new(Exit::Usage, format!("{}: {what}", path.display())));
+    }
+    Ok(path.to_owned())
+}
+
 /// What a report has besides its analysis.
 pub(super) struct Sources<'a> {
     /// `pareto.csv`.
@@ -81,6 +122,8 @@ pub(super) struct Sources<'a> {
     pub confirmation: Option<&'a Confirmation>,
     /// Where it comes from.
     pub provenance: &'a Provenance,
+    /// The question, where it was asked of a finished sweep.
+    pub question: Option<&'a str>,
 }
 
 /// Writes the report folder; `None` if it was interrupted.
@@ -90,10 +133,13 @@ pub(super) fn write(
     from: &Sources<'_>,
     context: &Context,
 ) -> Result<Option<PathBuf>, Failure> {
-    let Sources { pareto, confirmation, provenance } = *from;
+    let Sources { pareto, confirmation, provenance, question } = *from;
     let folder = RunFolder::analysis(path)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
+    if let Some(question) = question {
+        folder.write(QUESTION, question.as_bytes())?;
+    }
     if let Some(table) = sweep::speedup_csv(analysis) {
         folder.write("speedup.csv", &table)?;
     }

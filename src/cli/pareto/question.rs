@@ -2,8 +2,9 @@
 
 use super::ParetoArgs;
 use crate::cli::{Exit, Failure, OrExit};
-use powergs_study::analysis::{Misses, Named, Objective, Question, Scope, SweepFacts};
+use powergs_study::analysis::{Goal, Misses, Named, Objective, Question, Scope, SweepFacts};
 use powergs_study::sweep::expr::Expr;
+use toml::{Table, Value};
 
 /// What the arguments ask, and where they say nothing, the sweep file.
 pub(super) fn question(args: &ParetoArgs, facts: &SweepFacts) -> Result<Question, Failure> {
@@ -37,6 +38,38 @@ pub(super) fn question(args: &ParetoArgs, facts: &SweepFacts) -> Result<Question
         epsilon: args.epsilon.unwrap_or(asked.epsilon),
         ..asked
     })
+}
+
+/// A question as a file, so that the same question is known again.
+pub(super) fn noted(question: &Question) -> String {
+    let of = |goal: Goal| {
+        let own = question.objectives.iter().filter(move |o| o.goal == goal);
+        Value::from(own.map(|o| o.name.clone()).collect::<Vec<String>>())
+    };
+    let design = match &question.design {
+        Named::Baseline => "baseline".to_owned(),
+        Named::Point(point) => point.to_string(),
+        Named::Id(id) => id.clone(),
+    };
+    let scope = match &question.scope {
+        Scope::Mean => "mean",
+        Scope::Worst => "worst",
+        Scope::Trace(label) => label.as_str(),
+    };
+    let mut table = Table::new();
+    let mut put = |key: &str, value: Value| drop(table.insert(key.to_owned(), value));
+    put("minimize", of(Goal::Minimize));
+    put("maximize", of(Goal::Maximize));
+    question.condition.iter().for_each(|condition| put("where", condition.text().into()));
+    question.budget_w.iter().for_each(|watts| put("budget-w", (*watts).into()));
+    put("scope", scope.into());
+    question.energy_table.iter().for_each(|label| put("energy-table", label.as_str().into()));
+    question.colour.iter().for_each(|column| put("colour", column.as_str().into()));
+    put("design", design.into());
+    put("include-misses", (question.misses == Misses::Included).into());
+    put("epsilon", question.epsilon.into());
+    put("top", (question.top as i64).into());
+    format!("# What this report answers.\n{table}")
 }
 
 /// The expressions of a list: commas within brackets or quotes belong to an expression.

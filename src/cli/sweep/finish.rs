@@ -41,7 +41,7 @@ pub fn finish(
     };
     let mut confirmed = Ok(None);
     if most > 0 {
-        let mut analysis = pareto::OfSweep::new(sweep);
+        let mut analysis = pareto::OfSweep::new(sweep, most);
         let all = Planned::of(plan);
         let tally = results::each_row(sweep, all, &mut folder.records, |row| {
             analysis.row(&row);
@@ -58,7 +58,7 @@ pub fn finish(
         Err(pareto::Unanswered::Question(failure)) => (None, Some(failure)),
     };
     let planned = Planned { plan, confirmed: confirmed.as_ref().map(|(plan, _)| plan) };
-    let mut analysis = pareto::OfSweep::new(sweep);
+    let mut analysis = pareto::OfSweep::new(sweep, most);
     let (tally, table) = results::write(folder, sweep, planned, &mut |row| analysis.row(row))?;
     if tally.missing > 0 {
         let what = "results are missing; run it again with --resume";

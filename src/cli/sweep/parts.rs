@@ -1,10 +1,10 @@
-//! `sweep status`, `sweep merge` and `sweep show`: what can be done with a sweep that is there.
+//! `sweep status` and `sweep merge`: what can be done with a sweep that is there.
 
 use std::path::Path;
 
 use serde_json::json;
 
-use super::args::{MergeArgs, ShowArgs, StatusArgs};
+use super::args::{MergeArgs, StatusArgs};
 use super::confirm::{self, SweepConfirm};
 use super::finish;
 use super::meter::Meter;
@@ -14,12 +14,10 @@ use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::format::counted;
 use powergs_core::run::FileStore;
 use powergs_report::document::Document;
-use powergs_study::sweep::design::Design;
 use powergs_study::sweep::run::finish::Finished;
-use powergs_study::sweep::run::parts::{FoundDesign, PartCount, find, parts_of, reopen, take_over};
+use powergs_study::sweep::run::parts::{PartCount, parts_of, reopen, take_over};
 use powergs_study::sweep::run::search::search;
-use powergs_study::sweep::run::{Existing, OpenedSweep, Plan, SharedResults, SweepFolder};
-use powergs_study::sweep::table::{Cell, FIRST};
+use powergs_study::sweep::run::{Existing, HandOut, OpenedSweep, Plan, SharedResults, SweepFolder};
 
 /// The plan of a sweep, if the user lets it be made.
 fn planned(sweep: &OpenedSweep<'_>, context: &Context) -> Result<Plan, Failure> {
@@ -27,7 +25,7 @@ fn planned(sweep: &OpenedSweep<'_>, context: &Context) -> Result<Plan, Failure> 
     Plan::new(&sweep.designs, &meter).ok_or_else(interrupted)
 }
 
-fn interrupted() -> Failure {
+pub(super) fn interrupted() -> Failure {
     Failure::new(Exit::Interrupted, "interrupted")
 }
 
@@ -126,6 +124,8 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     let path: &Path = &args.folder;
     let store = FileStore::new(path);
     let mut sweep = reopen(&store)?;
+    // With paths as they were typed, whichever process finishes the sweep.
+    sweep.hand_out = HandOut::read(&store).or(sweep.hand_out);
     let mut folder = SweepFolder::open(&store, &sweep.state, Existing::Resume, None)?;
     for from in &args.from {
         take_over(&mut folder, &sweep, &FileStore::new(from))?;
@@ -153,68 +153,4 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let confirm = SweepConfirm { most, shared: &mut shared, memory };
     finish::finish(&mut folder, path, &mut sweep, &plan, confirm, started, context)
-}
-
-/// `sweep show`.
-///
-/// # Errors
-/// As [`status`], and for a design that is not there.
-pub fn show(args: &ShowArgs, context: &Context) -> Result<Exit, Failure> {
-    let sweep = reopen(&FileStore::new(&args.folder))?;
-    let place = args.folder.display().to_string();
-    let found = find(&sweep.designs, &args.id, &place, &Meter::new(context))?;
-    let FoundDesign::Found(point, design) = found else { return Err(interrupted()) };
-    let columns = sweep.designs.columns();
-    let cells = sweep.designs.cells(point);
-    if args.toml {
-        out::text(&machine_file(&sweep, point, &design, &cells))?;
-        return Ok(Exit::Done);
-    }
-    let name = point.map_or("baseline".to_owned(), |p| p.to_string());
-    if context.global.json {
-        let settings: serde_json::Map<String, serde_json::Value> =
-            columns.iter().zip(&cells).map(|(c, cell)| (c.name.clone(), json_of(cell))).collect();
-        out::json(&json!({
-            FIRST[0].0: point, "id": format!("{:032x}", design.id), "settings": settings,
-        }))?;
-        return Ok(Exit::Done);
-    }
-    let mut text = format!("point  {name}\nid     {:032x}\n\n", design.id);
-    let width = columns.iter().map(|c| c.name.len()).max().unwrap_or(0);
-    for (column, cell) in columns.iter().zip(&cells) {
-        text += &format!("{:width$}  {}\n", column.name, cell.text());
-    }
-    text += "\nIts machine file: --toml\n";
-    out::text(&text)?;
-    Ok(Exit::Done)
-}
-
-/// The machine file of a design, with what it is above it, and the keys of other files that the
-/// sweep changes.
-fn machine_file(
-    sweep: &OpenedSweep<'_>,
-    point: Option<u64>,
-    design: &Design,
-    cells: &[Cell],
-) -> String {
-    let name = point.map_or("Baseline".to_owned(), |p| format!("Point {p}"));
-    let mut text = format!("# {name} of the sweep `{}`, {:032x}.\n", sweep.name, design.id);
-    for (column, cell) in sweep.designs.columns().iter().zip(cells) {
-        if column.name.contains(':') {
-            text += &format!("# In another file: {} = {}\n", column.name, cell.text());
-        } else if !column.name.ends_with(".si") {
-            text += &format!("# {} = {}\n", column.name, cell.text());
-        }
-    }
-    text + "\n" + &design.resolved_machine_toml()
-}
-
-fn json_of(cell: &Cell) -> serde_json::Value {
-    match cell {
-        Cell::Empty => serde_json::Value::Null,
-        Cell::Text(text) => json!(text),
-        Cell::Integer(n) => json!(n),
-        Cell::Real(x) => json!(x),
-        Cell::Truth(yes) => json!(yes),
-    }
 }

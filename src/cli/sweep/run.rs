@@ -68,6 +68,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         return finish::again(&finished, &path, context);
     }
     request.remember(&store)?;
+    sweep.hand_out.iter().try_for_each(|hand_out| hand_out.keep(&store))?;
     let meter = Meter::new(context);
     let damaged = folder.records.damaged();
     if damaged > 0 {

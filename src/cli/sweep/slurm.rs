@@ -29,10 +29,7 @@ impl SlurmParts for SweepParts<'_, '_> {
             definition;
         let mut words: Vec<OsString> = file.iter().map(OsString::from).collect();
         words.extend(traces.iter().map(|t| flag("traces", t)));
-        words.extend(only.frames.map(|f| {
-            let end = f.end.map_or(String::new(), |end| end.to_string());
-            flag("frames", format!("{}..{end}", f.start))
-        }));
+        words.extend(only.frames.map(|frames| flag("frames", frames.to_string())));
         words.extend(changes.sets.iter().map(|s| flag("set", s)));
         words.extend(points.map(|n| flag("points", n.to_string())));
         words.extend(fps.map(|fps| flag("fps", fps.to_string())));

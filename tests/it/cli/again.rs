@@ -80,7 +80,7 @@ fn what_is_no_run_is_refused() {
     };
     fs::write(folder.join("run.toml"), "tool-version = \"0.2.0\"\n").expect("written");
     record("[\"powergs-sim\", \"arch\", \"list\"]", "/");
-    refused(3, "this version refuses it");
+    refused(3, "it writes no folder");
     record("[\"powergs-sim\", \"replay\", \"a.bin\", \"--no-such-flag\"]", "/");
     refused(3, "--no-such-flag");
     record("[\"powergs-sim\", \"replay\", \"a.bin\"]", "/no/such/place");

@@ -2,3 +2,5 @@
 
 mod layers;
 mod quantities;
+mod sha256;
+mod shell;

@@ -3,18 +3,22 @@
 
 use std::fmt::Write;
 
-use super::scene::{Rgb, Scene, ScenePoint, Shape, Text};
-use crate::Sheet;
+use super::scene::{Scene, ScenePoint, Shape, Text};
+use crate::scheme::Palette;
+use crate::{Colour, Sheet};
 use powergs_base::build;
 
 /// The font of the measured widths, then others of about the same.
 const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 
+/// The colour of the page.
+const PAPER: (u8, u8, u8) = (Colour::PAPER.0, Colour::PAPER.1, Colour::PAPER.2);
+
 /// The SVG of a page.
 ///
 /// # Errors
 /// An image that cannot be written as PNG.
-pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
+pub(crate) fn svg(scene: &Scene, palette: Palette) -> Result<String, String> {
     let [width, height] = [scene.size.0, scene.size.1].map(number);
     let print = |length: f64| match scene.sheet {
         Sheet::Slide => number(length),
@@ -23,18 +27,19 @@ pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
         }
     };
     let (wide, high) = (print(scene.size.0), print(scene.size.1));
+    let paper = palette.mark(PAPER);
     let mut out = format!(
         "<svg width=\"{wide}\" height=\"{high}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
          xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n<desc>{}</desc>\n\
          <metadata>{}</metadata>\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"{paper}\"/>\n\
          <g font-family=\"{FONTS}\" fill=\"none\">\n",
         escaped(&scene.title),
         escaped(&scene.description),
         escaped(&build::line())
     );
     for shape in &scene.shapes {
-        draw(&mut out, shape)?;
+        draw(&mut out, shape, palette)?;
     }
     for hint in &scene.hints {
         let [l, t, r, b] = hint.area;
@@ -49,7 +54,8 @@ pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
     Ok(out)
 }
 
-fn draw(out: &mut String, shape: &Shape) -> Result<(), String> {
+fn draw(out: &mut String, shape: &Shape, palette: Palette) -> Result<(), String> {
+    let colour = |rgb| palette.mark(rgb);
     let written = match shape {
         Shape::Rectangle { area: [l, t, r, b], fill } => {
             let (w, h) = (number(r - l), number(b - t));
@@ -73,13 +79,14 @@ fn draw(out: &mut String, shape: &Shape) -> Result<(), String> {
         }
         Shape::Circle { centre, radius, fill } => writeln!(
             out,
-            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"{}/>",
             number(centre.0),
             number(centre.1),
             number(*radius),
-            colour(*fill)
+            colour(*fill),
+            palette.dot()
         ),
-        Shape::Text(text) => words(out, text),
+        Shape::Text(text) => words(out, text, palette),
         Shape::Image { area: [l, t, r, b], image, sharp } => writeln!(
             out,
             "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\"{} \
@@ -95,7 +102,7 @@ fn draw(out: &mut String, shape: &Shape) -> Result<(), String> {
     written.map_err(|e| e.to_string())
 }
 
-fn words(out: &mut String, text: &Text) -> std::fmt::Result {
+fn words(out: &mut String, text: &Text, palette: Palette) -> std::fmt::Result {
     let (x, y) = (number(text.start.0), number(text.start.1));
     write!(out, "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\"", number(text.size))?;
     if text.bold {
@@ -106,9 +113,10 @@ fn words(out: &mut String, text: &Text) -> std::fmt::Result {
     }
     if text.halo > 0.0 {
         let halo = number(text.halo);
-        write!(out, " stroke=\"#fff\" stroke-width=\"{halo}\" paint-order=\"stroke\"")?;
+        let paper = palette.mark(PAPER);
+        write!(out, " stroke=\"{paper}\" stroke-width=\"{halo}\" paint-order=\"stroke\"")?;
     }
-    let (width, fill) = (number(text.width), colour(text.fill));
+    let (width, fill) = (number(text.width), palette.text(text.fill));
     let text = escaped(&text.text);
     writeln!(
         out,
@@ -130,10 +138,6 @@ pub(super) fn number(v: f64) -> String {
     let text = format!("{v:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }
-}
-
-fn colour((r, g, b): Rgb) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 fn escaped(text: &str) -> String {

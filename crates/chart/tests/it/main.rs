@@ -1,4 +1,5 @@
 //! Charts from hand-made values.
 
 mod charts;
+mod regressions;
 mod scale;

@@ -36,7 +36,8 @@ pub const DEVICE: &str = "dram.device";
 pub struct SystemSpec {
     /// The machine.
     pub machine: String,
-    /// `key=value` overlays of the machine file.
+    /// `key=value` overlays of the machine file; keys behind `energy:`, `dram:` and `display:` are
+    /// those of the other files.
     pub sets: Vec<String>,
     /// The energy table, in place of the one that the machine names.
     pub energy: Option<String>,
@@ -87,9 +88,11 @@ impl System {
     /// # Errors
     /// As [`System::named`].
     pub fn load(spec: &SystemSpec, files: &dyn Files) -> Result<System, RunError> {
+        let (sets, others) = by_file(&spec.sets)?;
+        let source = files;
         let mut machine_file = files.read(FileKind::Machine, &spec.machine, None)?;
         let origin = machine_file.origin.clone();
-        let mut machine = Machine::parse_with(&machine_file.text, &spec.sets)
+        let mut machine = Machine::parse_with(&machine_file.text, &sets)
             .map_err(|e| RunError::config(&origin, e))?;
         machine_file.attach(&mut machine, files)?;
         let folder = |key: &str| machine_file.folder_of(key, &spec.sets);
@@ -144,7 +147,8 @@ impl System {
             display_file.and_then(|file| entry(file, display_table)),
         ];
         let (energy, device) = (Arc::new(energy), device.map(Arc::new));
-        Ok(System { machine, energy, prices, device, display, files })
+        let system = System { machine, energy, prices, device, display, files };
+        if others.is_empty() { Ok(system) } else { system.with_from(&others, source) }
     }
 
     /// The system with some keys of its files changed. Another `energy` or `dram.device` of the
@@ -433,6 +437,23 @@ pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
     let recorded = machine.tables.get::<RecordedSpec>();
     let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
     run.into_iter().chain(accelergy::doubt(energy)).collect()
+}
+
+/// Overlays of the machine file, and changes of what only whole files can be read without: those of
+/// other files, and of every item of a list.
+fn by_file(sets: &[String]) -> Result<(Vec<String>, Vec<Change>), RunError> {
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    for set in sets {
+        let key = set.split('=').next().unwrap_or_default().trim();
+        let mut kinds = FileKind::ALL.into_iter().filter(|kind| !kind.prefix().is_empty());
+        if kinds.any(|kind| key.starts_with(kind.prefix())) || key.contains("[]") {
+            let change: Result<Change, String> = set.parse();
+            others.push(change.map_err(|e| RunError::config("--set", e))?);
+        } else {
+            own.push(set.clone());
+        }
+    }
+    Ok((own, others))
 }
 
 /// An invalid configuration without a file that anybody has seen.

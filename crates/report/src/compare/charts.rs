@@ -4,7 +4,7 @@
 use crate::charts::{
     component_colour, component_entries, cycles_axis, cycles_bar, cycles_colours, cycles_entries,
 };
-use crate::format::{shortened, significant};
+use crate::format::{engineering, shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_core::stage::{hardware, stage};
 use powergs_energy::action::{Phase, StageId};
@@ -84,57 +84,89 @@ fn power(sides: &[Side], labels: &[String], subtitle: String, budget_w: Option<f
         .panel(right)
 }
 
+/// Rows of the chart of energies.
+#[derive(Default)]
+struct BreakdownRows {
+    names: Vec<String>,
+    by_component: Vec<Bar>,
+    by_stage: Vec<Bar>,
+}
+
+impl BreakdownRows {
+    /// A machine on a trace, its parts as `share` has them.
+    fn add(&mut self, name: String, end: &str, share: &dyn Fn(Key) -> f64) {
+        let row = self.names.len();
+        let part = |c| Part::new(share(Key::EnergyOf(c)), component_colour(c));
+        let bar = Bar::new(row, Component::ALL.map(part).to_vec());
+        self.by_component.push(bar.end(end));
+        let part = |s| Part::new(share(Key::EnergyIn(s)), stage_colour(s));
+        self.by_stage.push(Bar::new(row, Phase::ALL.map(part).to_vec()).end(end));
+        self.names.push(name);
+    }
+
+    /// A panel by component, and one by stage.
+    fn panels(self, axis: &Axis, what: &str, rule: Option<f64>) -> [Panel; 2] {
+        let names = self.names;
+        let panel = |bars: Vec<Bar>, heading: &str| {
+            let y = Axis::names(names.iter().map(String::as_str));
+            let panel = Panel::new(axis.clone().ticks(5), y);
+            let panel = panel.heading(Words::bold(format!("{heading}{what}")));
+            let panel = match rule {
+                Some(at) => panel.dashed(Rule::X(at), Colour::NOTE),
+                None => panel,
+            };
+            panel.mark(Mark::Bars(bars))
+        };
+        let left = panel(self.by_component, "by component");
+        let mut right = panel(self.by_stage, "by stage");
+        right.y = right.y.hidden();
+        [left, right]
+    }
+}
+
 /// Energy per frame of machines over traces, the first machine of each trace being 1; by component
-/// and by stage. Across technology nodes each machine is its own 1.
+/// and by stage. The energy of machines of another technology node is no multiple of that: they
+/// have panels of their own, with the shares of each and its joules.
 pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
     let machines = all[0].sides.len().min(MOST);
     let shown = traces.len().min((MOST_ROWS / machines).max(1));
-    let mut names = Vec::new();
-    let (mut by_component, mut by_stage) = (Vec::new(), Vec::new());
+    let (mut same, mut others) = (BreakdownRows::default(), BreakdownRows::default());
+    let mut highest = 0.0_f64;
     for (comparison, trace) in all.iter().zip(traces).take(shown) {
         let labels = comparison.labels_with_nodes();
-        let is_own = |i: usize| !comparison.row(Measure::Energy).is_comparable[i];
+        let first = comparison.sides[0].statistics.value(Key::Energy);
         for (i, side) in comparison.sides.iter().take(machines).enumerate() {
-            let one = if is_own(i) { side } else { &comparison.sides[0] };
-            let share = |energy| known(side, energy) / one.statistics.value(Key::Energy);
-            let row = names.len();
-            let end = format!("{:.2}", share(Key::Energy));
-            let part = |c| Part::new(share(Key::EnergyOf(c)), component_colour(c));
-            let bar = Bar::new(row, Component::ALL.map(part).to_vec());
-            by_component.push(bar.end(end.clone()));
-            let part = |s| Part::new(share(Key::EnergyIn(s)), stage_colour(s));
-            by_stage.push(Bar::new(row, Phase::ALL.map(part).to_vec()).end(end));
-            names.push(format!("{}: {}", shortened(trace, 20), shortened(&labels[i], 20)));
+            let name = format!("{}: {}", shortened(trace, 20), shortened(&labels[i], 20));
+            let own = side.statistics.value(Key::Energy);
+            if comparison.row(Measure::Energy).is_comparable[i] {
+                highest = highest.max(own / first);
+                let end = format!("{:.2}", own / first);
+                same.add(name, &end, &|key| known(side, key) / first);
+            } else {
+                let end = engineering(own * 1e-12, "J");
+                others.add(name, &end, &|key| 100.0 * known(side, key) / own);
+            }
         }
     }
-    let sum = |bar: &Bar| bar.parts.iter().map(|p| p.value).sum::<f64>();
-    let highest = by_component.iter().map(sum).fold(0.0, f64::max);
-    let energy = all[0].row(Measure::Energy);
-    let one = match energy.is_comparable.iter().all(|is| *is) {
-        true => all[0].sides[0].label.clone(),
-        false => "each machine of another node".to_owned(),
-    };
-    let panel = |bars: Vec<Bar>, heading: &str| {
-        let x = Axis::new(format!("energy per frame, {one} = 1"), Scale::from_zero(highest));
-        Panel::new(x.ticks(5), Axis::names(names.iter().map(String::as_str)))
-            .heading(Words::bold(heading))
-            .dashed(Rule::X(1.0), Colour::NOTE)
-            .mark(Mark::Bars(bars))
-    };
-    let left = panel(by_component, "by component");
-    let mut right = panel(by_stage, "by stage");
-    right.y = right.y.hidden();
-    let stages = Phase::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let subtitle = match shown < traces.len() {
         true => format!("the first {shown} of {} traces", traces.len()),
         false => format!("{} traces", traces.len()),
     };
-    Chart::new("breakdown", "Energy per frame over the traces", subtitle)
+    let stages = Phase::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
+    let chart = Chart::new("breakdown", "Energy per frame over the traces", subtitle)
         .legend([Entry::note("by component:")].into_iter().chain(component_entries()))
         .legend([Entry::note("by stage:")].into_iter().chain(stages))
-        .columns(2)
-        .panel(left)
-        .panel(right)
+        .columns(2);
+    let one = &all[0].sides[0].label;
+    let axis = Axis::new(format!("energy per frame, {one} = 1"), Scale::from_zero(highest));
+    let panels = same.panels(&axis, "", Some(1.0));
+    let chart = panels.into_iter().fold(chart, Chart::panel);
+    if others.names.is_empty() {
+        return chart;
+    }
+    let axis = Axis::new("share of its own energy per frame, %", Scale::from_zero(100.0));
+    let panels = others.panels(&axis, ", other technology nodes", None);
+    panels.into_iter().fold(chart, Chart::panel)
 }
 
 /// What an older report does not say is not drawn.

@@ -7,9 +7,9 @@ use serde::Serialize;
 /// All of them, as the page holds them.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct PageDesigns {
-    /// The machine that they differ from.
+    /// The machine that they differ from; empty if it is not known.
     pub base: String,
-    /// A trace that they were simulated on.
+    /// A trace that they were simulated on; empty if none is known.
     pub trace: String,
     /// A condition, as an example.
     pub example: String,
@@ -19,16 +19,42 @@ pub struct PageDesigns {
     pub names: Vec<(String, bool)>,
     /// Values, design by design in the order of the columns; `None` where there is none.
     pub rows: Vec<Vec<Option<DesignValue>>>,
-    /// Keys that all have, with their values as files have them.
-    pub set: Vec<[String; 2]>,
-    /// What values of a column set, where that is not its key to the value itself.
-    pub sets: BTreeMap<usize, BTreeMap<String, Vec<[String; 2]>>>,
+    /// Values of a column as files have them, where that is not the value itself.
+    pub written: BTreeMap<usize, BTreeMap<String, String>>,
+    /// Beginnings of the commands of designs.
+    pub replays: Vec<DesignReplay>,
+    /// What each design adds to one of them, design by design; none where they are not known.
+    pub offers: Vec<DesignOffer>,
+    /// What the commands of a design are together.
+    pub together: String,
     /// Columns that the scatter begins with: across, up, colour.
     pub x: usize,
     /// See `x`.
     pub y: usize,
     /// See `x`.
     pub colour: usize,
+}
+
+/// The beginnings of the commands of some designs, quoted for a shell.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct DesignReplay {
+    /// One for each trace, without the words of a design.
+    pub commands: Vec<String>,
+    /// The same as comments of a machine file, with its place as `FILE`.
+    pub comments: Vec<String>,
+}
+
+/// What is handed out of a design.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct DesignOffer {
+    /// Which beginnings its commands have.
+    pub replay: usize,
+    /// The words of the design, quoted for a shell.
+    pub words: String,
+    /// Those of them that a machine file cannot say.
+    pub others: String,
+    /// Its machine file.
+    pub file: String,
 }
 
 /// A column.

@@ -3,7 +3,8 @@
 use super::{Block, Document, PageDesigns, Shown, Span, Table, Text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use powergs_chart::{Chart, DrawError, Sheet, Style};
+use powergs_base::sha256::sha256;
+use powergs_chart::{Chart, DrawError, Sheet, Style, dark_declarations};
 use powergs_pixels::RgbImage;
 
 const STYLE: &str = include_str!("html.css");
@@ -21,15 +22,20 @@ impl Document {
         });
         let title = escaped(&titles.unwrap_or_else(|| "powergs-sim".into()));
         let made_by = escaped(&powergs_base::build::line());
+        let (policy, dark) = (policy(), dark_declarations());
+        // A page that is printed is light.
+        let dark =
+            format!("@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}");
         let mut page = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta \
+             http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n<meta \
              name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta \
              name=\"generator\" content=\"{made_by}\">\n<link rel=\"icon\" \
-             href=\"data:,\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n\
+             href=\"data:,\">\n<title>{title}</title>\n<style>\n{STYLE}{dark}\n</style>\n</head>\n\
              <body>\n<main>\n"
         );
         page += &self.body(|shown| shown.on_screen())?;
-        Ok(page + "</main>\n<script>\n" + SCRIPT + "</script>\n</body>\n</html>\n")
+        Ok(page + "</main>\n<script>" + &script() + "</script>\n</body>\n</html>\n")
     }
 
     /// What stands in the page, without head and style, and without what names files of a folder:
@@ -59,6 +65,21 @@ impl Document {
         };
         shown.map(&mut block).collect()
     }
+}
+
+/// The text of the script, as it stands in its element.
+fn script() -> String {
+    format!("\n{SCRIPT}")
+}
+
+/// What a browser lets the page do: run its own script and show what is in it, and nothing else. It
+/// opens no address, so the page needs no network whatever is written in it.
+fn policy() -> String {
+    let hash = STANDARD.encode(sha256(script().as_bytes()));
+    format!(
+        "default-src 'none'; script-src 'sha256-{hash}'; style-src 'unsafe-inline'; img-src data:; \
+         base-uri 'none'; form-action 'none'"
+    )
 }
 
 fn html(block: &Block, label: &str) -> Result<String, DrawError> {
@@ -100,8 +121,8 @@ fn html(block: &Block, label: &str) -> Result<String, DrawError> {
 /// A chart, and the same for narrow screens.
 fn figure(chart: &Chart) -> Result<String, DrawError> {
     let title = escaped(&chart.title);
-    let wide = chart.svg(Style::default())?;
-    let narrow = chart.svg(Style { sheet: Sheet::Column, ..Style::default() })?;
+    let wide = chart.page_svg(Style::default())?;
+    let narrow = chart.page_svg(Style { sheet: Sheet::Column, ..Style::default() })?;
     Ok(format!(
         "<figure role=\"img\" aria-label=\"{title}\">\n<div class=\"wide\">{wide}</div><div \
          class=\"narrow\">{narrow}</div>\n</figure>\n"

@@ -25,13 +25,22 @@ fn markdown(block: &Block, charts: Format) -> String {
                 |(name, text): &(String, Text)| format!("| {} | {} |\n", escaped(name), cell(text));
             format!("| | |\n|---|---|\n{}", facts.iter().map(row).collect::<String>())
         }
-        Block::Verbatim(text) => format!("```\n{}\n```\n", text.trim_end()),
+        Block::Verbatim(text) => {
+            let fence = fence(text);
+            format!("{fence}\n{}\n{fence}\n", text.trim_end())
+        }
         Block::Table(table) => table.markdown(),
         Block::Chart(chart) => {
-            format!("![{}]({}.{})\n", chart.title, chart.name, charts.ending())
+            format!("![{}]({}.{})\n", escaped(&chart.title), chart.name, charts.ending())
         }
         Block::Designs(_) | Block::BeforeAfter(_) => String::new(),
     }
+}
+
+/// What stands around a text that is shown as it is: more back quotes than it has anywhere.
+fn fence(text: &str) -> String {
+    let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
+    "`".repeat(longest.max(2) + 1)
 }
 
 impl Table {

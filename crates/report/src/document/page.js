@@ -170,29 +170,28 @@ const mark = id => {
   home.querySelectorAll(".on").forEach(e => e.classList.remove("on"));
   if (id != null) home.querySelectorAll(`[data-design="${id}"]`).forEach(e => e.classList.add("on"));
 };
-const about = r => columns.map((c, i) => `${c.title}: ${c.key && D.sets[i]?.[String(r[i])]?.[0][1] || shown(r[i], c)}`);
-const settings = r => [...D.set, ...columns.flatMap((c, i) => r[i] == null ? []
-  : D.sets[i]?.[String(r[i])] ?? (c.key ? [[c.key, String(r[i])]] : []))];
-const toml = r => {
-  const tables = {"": []};
-  for (const [key, v] of settings(r)) {
-    const path = key.split("."), last = path.pop();
-    const value = /^-?[\d.]+(e-?\d+)?$|^(true|false)$/.test(v) ? v : JSON.stringify(v);
-    (tables[key.includes(":") ? "" : path.join(".")] ??= []).push(key.includes(":") ? `# ${key} = ${value}` : `${last} = ${value}`);
-  }
-  const text = Object.entries(tables).map(([t, l]) => (t && `\n[${t}]\n`) + l.join("\n") + "\n").join("");
-  return `base = "${D.base}"\nname = "${D.base}-${r.label.match(/\w+/)}"\n` + text;
+const about = r => columns.map((c, i) => `${c.title}: ${D.written[i]?.[String(r[i])] ?? shown(r[i], c)}`);
+// All words are made and quoted where the sweep is known; here they are put together.
+const handed = r => {
+  const offer = D.offers[r.id];
+  if (!offer) return null;
+  const {commands, comments} = D.replays[offer.replay], others = offer.others && " " + offer.others;
+  return {command: commands.map(words => `${words} ${offer.words}`).join("\n"),
+    file: comments.map(words => words + others + "\n").join("") + offer.file};
 };
-const command = r => `powergs-sim replay ${D.trace || "TRACE"} --arch ${D.base}` + settings(r)
-  .filter(([k]) => !k.includes(":")).map(([k, v]) => ` --set '${k}=${v}'`).join("");
 const choice = r => {
   chosen = r;
   mark(r.id);
   const copy = (text, what) => make("button", {type: "button", onclick: e => navigator.clipboard?.writeText(text)
     .then(() => (e.target.textContent = "copied"), () => (e.target.textContent = "cannot be copied here"))}, what);
+  const offer = handed(r);
   card.replaceChildren(make("h3", {}, r.label), make("ul", {}, ...about(r).map(t => make("li", {}, t))),
-    make("pre", {}, command(r)), copy(command(r), "copy the command of this design"),
-    make("pre", {}, toml(r)), copy(toml(r), "copy its machine file"));
+    ...offer ? [make("pre", {}, offer.command), copy(offer.command, "copy the command of this design"),
+      ...D.together ? [make("p", {}, D.together)] : [],
+      make("p", {}, "It gives the numbers of this row, in the folder where the sweep ran: " +
+        "--fps and --dram-model are those of the row. The machine file keeps the model of its base; " +
+        "its first line says how it gives the row."),
+      make("pre", {}, offer.file), copy(offer.file, "copy its machine file")] : []);
   const row = [...document.querySelectorAll("main > .scroll tbody tr")].find(t => t.cells[0].textContent.split(" ")[0] === r.label.split(" ")[0]);
   document.querySelectorAll("tr.on").forEach(t => t.classList.remove("on"));
   row?.classList.add("on");

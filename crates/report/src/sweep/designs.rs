@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::Provenance;
 use super::measure::Measure;
 use super::names;
+use super::offers::Offers;
 use crate::document::{DesignColumn, DesignValue, PageDesigns};
 use powergs_study::analysis::Analysis;
 use powergs_study::sweep::unit::Unit;
@@ -49,12 +50,17 @@ pub(super) fn of(analysis: &Analysis, provenance: &Provenance) -> PageDesigns {
     }
     let keys: Vec<_> = table.axes.iter().chain(&table.followers).collect();
     let axes: Vec<&str> = keys.iter().map(|(name, _)| name.as_str()).collect();
+    // Values of such an axis are names, and not those of a key.
+    let is_named = |name: &str| {
+        let hand_out = provenance.hand_out.as_ref();
+        hand_out.is_some_and(|hand_out| hand_out.variants.contains_key(name))
+    };
     for ((at, name), short) in axes.iter().enumerate().zip(names::short(&axes)) {
         columns.push(DesignColumn {
             name: (*name).to_owned(),
             short,
             title: (*name).to_owned(),
-            key: (!provenance.variants.contains_key(*name)).then(|| (*name).to_owned()),
+            key: (!is_named(name)).then(|| (*name).to_owned()),
             // Measures among them are in base units already.
             si: Some(1.0),
             plot: at < table.axes.len(),
@@ -62,21 +68,17 @@ pub(super) fn of(analysis: &Analysis, provenance: &Provenance) -> PageDesigns {
         });
     }
     let rows = rows(analysis);
-    let mut sets: BTreeMap<usize, BTreeMap<String, Vec<[String; 2]>>> = BTreeMap::new();
+    let mut written: BTreeMap<usize, BTreeMap<String, String>> = BTreeMap::new();
     let mut value = |at: usize, row: u32| {
         let Some((name, _)) = at.checked_sub(measures.len()).map(|axis| keys[axis]) else {
             return table.number(&measures[at].0, row).map(DesignValue::Number);
         };
         let all = table.axis(name).filter(|_| table.counts(name, row))?;
-        if let Some(variants) = provenance.variants.get(name) {
-            sets.entry(at).or_insert_with(|| variants.clone());
-        }
         let word = all.word(row);
         Some(match all.number(row) {
             Some(number) => {
                 if word.parse() != Ok(number) {
-                    let set = vec![[name.clone(), word.to_owned()]];
-                    sets.entry(at).or_default().insert(number.to_string(), set);
+                    written.entry(at).or_default().insert(number.to_string(), word.to_owned());
                 }
                 DesignValue::Number(number)
             }
@@ -91,9 +93,13 @@ pub(super) fn of(analysis: &Analysis, provenance: &Provenance) -> PageDesigns {
         false => table.label(row),
     };
     let objectives = analysis.question.objectives.len();
+    let Offers { base, trace, replays, offers, together } = match &provenance.hand_out {
+        Some(hand_out) => Offers::of(analysis, hand_out, &rows),
+        None => Offers::default(),
+    };
     PageDesigns {
-        base: provenance.machine.clone(),
-        trace: provenance.trace.clone(),
+        base,
+        trace,
         example: example(analysis, &measures[0].0),
         x: usize::from(objectives > 1),
         y: 0,
@@ -101,8 +107,10 @@ pub(super) fn of(analysis: &Analysis, provenance: &Provenance) -> PageDesigns {
         names: rows.iter().map(|&row| (named(row), front(row))).collect(),
         columns,
         rows: values,
-        set: provenance.set.clone(),
-        sets,
+        written,
+        replays,
+        offers,
+        together,
     }
 }
 

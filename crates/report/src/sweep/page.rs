@@ -1,7 +1,5 @@
 //! The answer for people: what is printed, `summary.md` and `report.html`.
 
-use std::collections::BTreeMap;
-
 use super::energy::spread;
 use super::measure::Measure;
 use super::{names, words};
@@ -13,22 +11,17 @@ use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::marginal::Neighbour;
 use powergs_study::analysis::stability::Alternative;
 use powergs_study::analysis::{Analysis, Confirmation, Goal, speedup};
+use powergs_study::sweep::run::HandOut;
 
 /// What the page says about how it was made.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Provenance {
     /// Name of the sweep, for titles.
     pub title: String,
     /// The commands that made it, in order.
     pub commands: Vec<String>,
-    /// The machine that designs differ from; empty if it is not known.
-    pub machine: String,
-    /// Keys that all of them have, with their values.
-    pub set: Vec<[String; 2]>,
-    /// What the values of axes with several keys mean: axis, value, keys.
-    pub variants: BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>>,
-    /// A trace that they were simulated on; empty if none is known.
-    pub trace: String,
+    /// What designs are handed out with: commands and machine files; none if it is not known.
+    pub hand_out: Option<HandOut>,
 }
 
 /// Designs of the front that a page lists; `pareto.csv` has all.

@@ -1,15 +1,15 @@
 //! What the analysis of a sweep says about it besides its numbers.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use powergs_core::run::{RunError, Store};
 
 use super::{Misses, Question, Table};
 use crate::sweep::SweepFile;
 use crate::sweep::expr::Expr;
-use crate::sweep::file::{AxisSpec, Objectives, Settings};
+use crate::sweep::file::Objectives;
 use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
-use crate::sweep::run::{OpenedSweep, State};
+use crate::sweep::run::{HandOut, OpenedSweep, State};
 use crate::sweep::space::FreeAxis;
 
 /// A sweep as its analysis sees it.
@@ -31,12 +31,11 @@ pub struct SweepFacts {
     pub followers: BTreeSet<String>,
     /// Columns of axes that count only where a condition holds.
     pub conditions: Vec<(String, Expr)>,
-    /// The machine that designs differ from, as the sweep file names it; empty without one.
-    pub machine: String,
-    /// Keys that every design has, with their values as files have them.
-    pub set: Vec<[String; 2]>,
-    /// What the values of axes with several keys mean: axis, value, keys.
-    pub variants: BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>>,
+    /// What its designs are handed out with; none where that is not known.
+    pub hand_out: Option<HandOut>,
+    /// How many designs of the front were to be confirmed with `banked`; of a sweep in a folder, if
+    /// it is finished.
+    pub confirm: Option<u16>,
     /// Names of sweep files.
     pub sweeps: Vec<String>,
     /// Names of traces.
@@ -48,6 +47,7 @@ impl SweepFacts {
     pub fn of(sweep: &OpenedSweep<'_>) -> SweepFacts {
         SweepFacts {
             free: sweep.designs.space.free_axes(),
+            hand_out: sweep.hand_out.clone(),
             ..SweepFacts::of_files(Some(&sweep.file), Some(&sweep.state))
         }
     }
@@ -70,6 +70,8 @@ impl SweepFacts {
         let finished = Finished::noted(folder);
         Ok(SweepFacts {
             excluded: finished.as_ref().map_or(0, |f| f.excluded),
+            confirm: finished.as_ref().map(|f| f.confirm),
+            hand_out: HandOut::read(folder),
             free: finished.map_or_else(Vec::new, |f| f.free),
             ..SweepFacts::of_files(file.as_ref(), state.as_ref())
         })
@@ -89,9 +91,8 @@ impl SweepFacts {
             excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),
             conditions: file.map_or_else(Vec::new, conditions),
-            machine: file.map_or("", |file| file.base.as_str()).to_owned(),
-            set: file.map_or_else(Vec::new, |file| written(&file.set)),
-            variants: file.map_or_else(BTreeMap::new, variants),
+            hand_out: None,
+            confirm: None,
             sweeps: names("sweep"),
             traces: names("trace"),
         }
@@ -120,24 +121,6 @@ impl SweepFacts {
             ..Question::of(objectives.all())
         }
     }
-}
-
-/// Keys with their values as files have them.
-fn written(settings: &Settings) -> Vec<[String; 2]> {
-    let word = |value: &toml::Value| match value {
-        toml::Value::String(text) => text.clone(),
-        other => other.to_string(),
-    };
-    settings.0.iter().map(|(key, value)| [key.clone(), word(value)]).collect()
-}
-
-/// What the values of axes with variants mean.
-fn variants(file: &SweepFile) -> BTreeMap<String, BTreeMap<String, Vec<[String; 2]>>> {
-    let of = |axis: &AxisSpec| {
-        let all = axis.variants.as_ref()?.iter().map(|v| (v.name.clone(), written(&v.set)));
-        Some((axis.name.clone()?, all.collect()))
-    };
-    file.axes.iter().filter_map(of).collect()
 }
 
 /// The columns of axes with a condition. Names of variants say themselves where there is none.

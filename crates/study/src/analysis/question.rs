@@ -107,6 +107,7 @@ impl Question {
         let named = |o: &Objective| o.name == column || o.columns().iter().any(|c| part(c));
         USEFUL.contains(&column)
             || ENERGY_PARTS.contains(&column)
+            || POWER_PARTS.contains(&column)
             || self.objectives.iter().any(named)
             || self.colour.as_deref() == Some(column)
             || self.condition.as_ref().is_some_and(|c| c.names().into_iter().any(part))
@@ -137,6 +138,16 @@ pub const ENERGY_PARTS: [&str; 6] = [
     "energy_pj.leakage",
     "energy_pj.background",
     "energy_pj.refresh",
+];
+
+/// The parts of the power at the display rate.
+const POWER_PARTS: [&str; 6] = [
+    "power_w.dram",
+    "power_w.sram",
+    "power_w.flop",
+    "power_w.leakage",
+    "power_w.background",
+    "power_w.refresh",
 ];
 
 /// Why a table does not answer a question.

@@ -15,6 +15,7 @@ pub mod confirm;
 pub mod estimate;
 pub mod finish;
 pub mod folder;
+mod hand_out;
 mod noted;
 pub mod opened;
 mod own;
@@ -33,6 +34,7 @@ mod work;
 
 pub(crate) use columns::{column_hint, settings_columns};
 pub use folder::{Existing, Shard, SweepFolder};
+pub use hand_out::{HandOut, HandedDesign, HandedRow, HandedTrace, HandedWords};
 pub use opened::{Designs, OpenedSweep};
 pub use own::Sweep;
 pub use plan::{Cause, Plan};

@@ -73,7 +73,8 @@ impl Estimate {
     /// Seconds of all machines on all frames, on one thread.
     pub fn timed_s(&self) -> f64 {
         let cost = &self.cost;
-        cost.machine_s * self.machines + cost.preprocessing_s * cost.preprocessings
+        let shared = cost.preprocessing_s * cost.preprocessings + cost.once_s;
+        cost.machine_s * self.machines + cost.apart_s * cost.apart + shared
     }
 }
 
@@ -114,6 +115,13 @@ pub struct EstimatedCost {
     pub preprocessing_s: f64,
     /// How often frames are preprocessed: machines share it.
     pub preprocessings: f64,
+    /// Seconds more of one machine that shares no preprocessing, on all frames.
+    pub apart_s: f64,
+    /// Machines that share none.
+    pub apart: f64,
+    /// Seconds of what is done once for all of those, on all frames: the run of `banked` from which
+    /// `calibrated` has its rates.
+    pub once_s: f64,
     /// Bytes of binned frames in memory at a time, with the plan.
     pub bytes: usize,
 }
@@ -131,8 +139,8 @@ fn cost(
     scale: f64,
     memory: usize,
 ) -> Result<EstimatedCost, RunError> {
-    let preprocessings = preprocessings(&sweep.designs, plan, scale);
-    let mut cost = EstimatedCost { preprocessings, ..EstimatedCost::default() };
+    let SharedWork { preprocessings, apart } = shared_work(&sweep.designs, plan, scale);
+    let mut cost = EstimatedCost { preprocessings, apart, ..EstimatedCost::default() };
     let display_fps = sweep.file.display_fps;
     // Keys are sorted: the first one has the smallest tiles.
     let finest = plan.works.first();
@@ -155,6 +163,9 @@ fn cost(
         cost.bin_s += frames * bins.iter().sum::<f64>() / bins.len().max(1) as f64;
         cost.machine_s += frames * times.warm_s / times.designs.max(1) as f64;
         cost.preprocessing_s += frames * times.preprocessing_s / times.preprocessings.max(1) as f64;
+        let usual = times.usual_apart_s();
+        cost.apart_s += frames * usual;
+        cost.once_s += frames * times.apart_s.iter().map(|s| (s - usual).max(0.0)).sum::<f64>();
         if let Some(finest) = finest {
             let window = Window::bin(&mut *trace.frames, finest, middle, 1)?;
             let bytes = window.frames[0].bytes();
@@ -194,6 +205,8 @@ struct Times {
     /// Seconds of what they share.
     preprocessing_s: f64,
     preprocessings: usize,
+    /// Of each design that shares no preprocessing, seconds that it takes more the first time.
+    apart_s: Vec<f64>,
 }
 
 impl Times {
@@ -217,21 +230,40 @@ impl Times {
         let sum = |times: &[f64]| times.iter().sum::<f64>();
         self.warm_s += sum(&together).max(sum(&warm));
         self.designs += designs.len();
-        self.preprocessing_s += (sum(&cold) - sum(&warm)).max(0.0);
         let mut shared = HashSet::new();
-        for design in designs {
+        for (design, (cold, warm)) in designs.iter().zip(cold.iter().zip(&warm)) {
+            let first_s = (cold - warm).max(0.0);
             match shares(design) {
-                Some(key) => drop(shared.insert(key)),
-                None => self.preprocessings += 1,
+                Some(key) => {
+                    shared.insert(key);
+                    self.preprocessing_s += first_s;
+                }
+                None => self.apart_s.push(first_s),
             }
         }
         self.preprocessings += shared.len();
     }
+
+    /// What a design that shares no preprocessing takes more the first time: the median, since the
+    /// first of several does what serves all of them.
+    fn usual_apart_s(&self) -> f64 {
+        let mut sorted = self.apart_s.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len().saturating_sub(1) / 2).copied().unwrap_or(0.0)
+    }
+}
+
+/// What the designs of a plan do that others may share.
+struct SharedWork {
+    /// Different ways to preprocess a frame.
+    preprocessings: f64,
+    /// Designs that share none.
+    apart: f64,
 }
 
 /// How many different ways to preprocess a frame the designs of a plan have: counted in some of
 /// them, and where hardly two of those are alike, in proportion.
-fn preprocessings(designs: &Designs, plan: &Plan, scale: f64) -> f64 {
+fn shared_work(designs: &Designs, plan: &Plan, scale: f64) -> SharedWork {
     let step = plan.designs.len().div_ceil(COMPARED).max(1);
     let (mut seen, mut apart, mut compared) = (HashSet::new(), 0u32, 0);
     for planned in plan.designs.iter().step_by(step) {
@@ -246,5 +278,5 @@ fn preprocessings(designs: &Designs, plan: &Plan, scale: f64) -> f64 {
     let is_sparse = 2 * seen.len() > shared;
     let each = step as f64 * scale;
     let alike = seen.len() as f64 * if is_sparse { each } else { 1.0 };
-    alike + f64::from(apart) * each
+    SharedWork { preprocessings: alike, apart: f64::from(apart) * each }
 }

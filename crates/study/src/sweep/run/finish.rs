@@ -106,6 +106,7 @@ impl Finished {
 /// [`RunError::Output`]: the store cannot be written.
 pub fn write_sources(sweep: &OpenedSweep<'_>, store: &dyn Store) -> Result<(), RunError> {
     store.write(RUN_FILE, sweep.state.toml().as_bytes())?;
+    sweep.hand_out.iter().try_for_each(|hand_out| hand_out.keep(store))?;
     store.write(SWEEP_FILE, sweep.file.text().as_bytes())
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::columns;
 use super::confirm::CONFIRMED_MAX;
+use super::hand_out::HandOut;
 use super::noted::NotedFiles;
 use super::request::{StandIn, SweepRequest};
 use super::state::{FPS, State};
@@ -151,6 +152,8 @@ pub struct OpenedSweep<'a> {
     pub is_calibrated: bool,
     /// The same designs with the `banked` model, where they have `calibrated`.
     pub banked: Option<Designs>,
+    /// What its designs are handed out with; none where it was built in memory.
+    pub hand_out: Option<HandOut>,
 }
 
 impl OpenedSweep<'static> {
@@ -191,6 +194,8 @@ impl OpenedSweep<'static> {
             banked = Some(Designs::new(&file, Vec::new(), &shared, &text.origin)?);
         }
         let traces = traces::open(&wanted(&file, request), request.frames)?;
+        let folder = file.folder.clone();
+        let hand_out = HandOut::new(request, &file, folder.as_deref(), &traces, is_calibrated);
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
         asked.extend(request.points.map(|n| format!("--points {n}")));
@@ -203,7 +208,7 @@ impl OpenedSweep<'static> {
         let name = stem.into_owned();
         let sweep =
             OpenedSweep::assemble(name, &text.origin, file, designs, traces, asked, inputs)?;
-        Ok(OpenedSweep { is_calibrated, banked, ..sweep })
+        Ok(OpenedSweep { is_calibrated, banked, hand_out: Some(hand_out), ..sweep })
     }
 }
 
@@ -253,8 +258,17 @@ impl<'a> OpenedSweep<'a> {
             inputs.push(input.clone());
         }
         let state = State::new(asked, &inputs);
-        let (is_calibrated, banked) = (false, None);
-        Ok(OpenedSweep { name, file, designs, traces, objectives, state, is_calibrated, banked })
+        Ok(OpenedSweep {
+            name,
+            file,
+            designs,
+            traces,
+            objectives,
+            state,
+            is_calibrated: false,
+            banked: None,
+            hand_out: None,
+        })
     }
 
     /// What the table calls the traces, and their weights.
@@ -272,7 +286,7 @@ impl<'a> OpenedSweep<'a> {
 const LOOK_MAX: u64 = 4096;
 
 /// The key of the DRAM model.
-const MODEL: &str = "dram.model";
+pub(super) const MODEL: &str = "dram.model";
 
 fn set(file: &mut SweepFile, key: &str, value: &str) {
     set_value(file, key, Value::String(value.to_owned()));

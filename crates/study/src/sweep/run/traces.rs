@@ -19,6 +19,8 @@ pub struct SweepTrace<'a> {
     pub input: Input,
     /// Whether its views have the names of pairs, and are none.
     pub looks_paired: bool,
+    /// Its file, as it was found; `None` for frames in memory.
+    pub place: Option<String>,
 }
 
 impl<'a> SweepTrace<'a> {
@@ -35,7 +37,7 @@ impl<'a> SweepTrace<'a> {
         bytes.extend((frames.range().start as u64).to_le_bytes());
         bytes.extend((frames.range().end as u64).to_le_bytes());
         let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
-        Ok(SweepTrace { frames, label, hash, input, looks_paired: false })
+        Ok(SweepTrace { frames, label, hash, input, looks_paired: false, place: None })
     }
 }
 
@@ -82,7 +84,8 @@ pub fn open(
             let label = TraceLabel { label, weight: w.weight };
             let looks_paired = trace.looks_paired()?;
             let trace = SweepTrace::new(Box::new(trace), label)?;
-            opened.push(SweepTrace { looks_paired, ..trace });
+            let place = Some(file.display().to_string());
+            opened.push(SweepTrace { looks_paired, place, ..trace });
         }
     }
     Ok(opened)
