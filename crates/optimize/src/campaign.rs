@@ -6,6 +6,7 @@
 //!
 //! [`Request`]: super::request::Request
 
+mod collect;
 mod error;
 mod finished;
 mod identity;
@@ -23,6 +24,7 @@ use powergs_quality::Lpips;
 use powergs_scene::{Camera, Gaussians};
 
 use super::checkpoint::{Checkpoints, Progress};
+use super::judged::JudgedSize;
 use super::oracle::PowerOracle;
 use super::plan::Plan;
 use super::references::ReferenceImages;
@@ -44,7 +46,8 @@ pub struct Campaign {
     pub dense: Gaussians,
     /// Further models to compare with.
     pub externals: Vec<(String, Gaussians)>,
-    /// All views; after those of the request, those that were made between them to gate.
+    /// All views; after those of the request, those that gate and test in another size than they
+    /// train in, and those that were made to gate.
     pub cameras: Vec<Camera>,
     /// What they should look like.
     pub references: ReferenceImages,
@@ -52,6 +55,10 @@ pub struct Campaign {
     pub background: [f32; 3],
     /// Which view does what.
     pub split: ViewSplit,
+    /// What the views of the request were before any were added.
+    pub given: GivenViews,
+    /// The sizes of what trains and of what gates and tests.
+    pub judged: JudgedSize,
     /// The views that power is a mean over.
     pub power_views: Vec<Camera>,
     /// What these are: how many of how many, and how large.
@@ -74,6 +81,18 @@ pub struct Campaign {
     pub lpips: Option<(Lpips, u128)>,
     /// Whether every model is kept with its moments.
     pub keep_all: bool,
+}
+
+/// The views of a request: the first of those of its campaign.
+#[derive(Debug, Clone)]
+pub struct GivenViews {
+    /// How many there are.
+    pub count: usize,
+    /// Which of them does what.
+    pub split: ViewSplit,
+    /// A hash of their photos in the size that they train in; `None` for renders of the dense
+    /// model.
+    pub photos: Option<u128>,
 }
 
 impl Campaign {

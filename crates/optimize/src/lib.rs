@@ -30,6 +30,7 @@ pub mod foveated;
 pub mod history;
 pub mod invalid;
 pub mod job;
+pub mod judged;
 pub mod lambda;
 pub mod next_quality;
 pub mod oracle;

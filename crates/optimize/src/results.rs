@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
+use crate::judged::JudgedSize;
 use crate::role::{Baseline, RoleKind};
 use crate::views::Priced;
 use powergs_frame::fovea::{LEVELS, REGIONS};
@@ -37,10 +38,14 @@ pub struct Results {
     pub scene: String,
     /// What models are compared with.
     pub reference: Reference,
-    /// Width of the views, pixels.
+    /// Width of the views that train, pixels.
     pub width_px: u32,
-    /// Height of the views, pixels.
+    /// Height of the views that train, pixels.
     pub height_px: u32,
+    /// The sizes of what trains and of what gates and tests; `None` in files of before, where both
+    /// were the same, whatever power was counted at.
+    #[serde(default)]
+    pub judged: Option<JudgedSize>,
     /// What power was counted over; `None` in files of before, where it was all views at their own
     /// size.
     #[serde(default)]

@@ -18,6 +18,7 @@ use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
+use powergs_optimize::judged::JudgedSize;
 use powergs_optimize::next_quality::{NextQuality, next_quality};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
@@ -47,6 +48,8 @@ pub struct Story<'a> {
     pub fps: f64,
     /// What power was counted over.
     pub priced: Priced,
+    /// The sizes of what trains and of what gates and tests.
+    pub judged: JudgedSize,
     /// The outcomes of the quality of the run at level 1, in order.
     pub done: &'a [Outcome],
     /// The outcomes of all qualities and levels, in order.
@@ -124,6 +127,7 @@ impl<'a> Story<'a> {
             display: campaign.display.name.clone(),
             fps: campaign.oracle.fps(),
             priced: campaign.priced.clone(),
+            judged: campaign.judged,
             done,
             all: &finished.outcomes,
             grades: Grade::all(campaign, &finished.outcomes),

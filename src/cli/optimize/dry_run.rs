@@ -68,10 +68,11 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
         (
             "Views",
             format!(
-                "{} train, {} decide, {} are only reported",
+                "{} train, {} decide, {} are only reported{}",
                 split.train.len(),
                 campaign.gate_views(),
-                split.test.len()
+                split.test.len(),
+                campaign.judged.note().map_or(String::new(), |note| format!("; {note}"))
             ),
         ),
         ("Power", format!("over {}", campaign.priced)),

@@ -38,6 +38,7 @@ fn labels_cover_nothing(finished: &Finished) {
         display: "oled-powergs".into(),
         fps: 60.0,
         priced: finished.results.priced.clone().expect("it says so"),
+        judged: finished.results.judged.expect("it says so"),
         done: &finished.outcomes,
         all: &finished.outcomes,
         grades: vec![Grade {

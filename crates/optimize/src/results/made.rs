@@ -48,6 +48,7 @@ impl Results {
             },
             width_px: campaign.cameras[0].width,
             height_px: campaign.cameras[0].height,
+            judged: Some(campaign.judged),
             priced: Some(campaign.priced.clone()),
             lost,
             screen: screen.map(record),

@@ -61,7 +61,10 @@ impl Story<'_> {
             (Some(f), Some(best)) => {
                 let (from, to) = (engineering(f.dense_w, "W"), engineering(f.result_w, "W"));
                 let (saved, rho) = (100.0 * f.saved, 100.0 * f.rho);
-                let _ = writeln!(text, "{from} -> {to}: {saved:.1} % saved over {}", self.priced);
+                let judged = self.judged.note().map_or(String::new(), |note| format!("; {note}"));
+                let first =
+                    format!("{from} -> {to}: {saved:.1} % saved over {}{judged}", self.priced);
+                let _ = writeln!(text, "{}", wrapped(&first, 80));
                 if let Some(short_db) = self.short_of_promise() {
                     let psnr_db = best.test.quality.psnr_db;
                     let _ = writeln!(

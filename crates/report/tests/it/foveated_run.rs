@@ -159,6 +159,7 @@ pub fn run() -> Results {
         ]
     };
     Results {
+        judged: None,
         priced: None,
         lost: Vec::new(),
         format: FORMAT.into(),
