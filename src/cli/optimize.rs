@@ -259,8 +259,8 @@ pub struct PowerArgs {
     /// Energy table in place of the machine's
     #[arg(hide_short_help = true, long, value_name = "TABLE")]
     pub energy: Option<String>,
-    /// What counts: the simulated machine, or the published closed form [default: cycle, with
-    /// --demo paper]
+    /// What counts: the simulated machine with its standby, or as published the closed form, which
+    /// has none [default: cycle, with --demo paper]
     #[arg(hide_short_help = true, long, value_enum)]
     pub oracle: Option<super::replay::ModelArg>,
     /// Display preset: a name or a TOML file [default: oled-powergs]
@@ -450,7 +450,10 @@ fn say_target(campaign: &Campaign, context: &Context) {
     if let Some(sizes) = sizes(&campaign.judged) {
         out::complain(wrapped(&sizes, 80));
     }
-    out::complain(wrapped(&format!("power: over {}", campaign.priced), 80));
+    let by = campaign.counted.by_what(&campaign.oracle.name());
+    let panel = campaign.counted.panel(&campaign.display.name);
+    let what = format!("power: over {}, by {by}; {panel}", campaign.priced);
+    out::complain(wrapped(&what, 80));
 }
 
 /// The sizes of what trains and of what is judged, where they are not all that of the power.

@@ -24,6 +24,7 @@ use powergs_quality::Lpips;
 use powergs_scene::{Camera, Gaussians};
 
 use super::checkpoint::{Checkpoints, Progress};
+use super::counted::Counted;
 use super::judged::JudgedSize;
 use super::oracle::PowerOracle;
 use super::plan::Plan;
@@ -69,6 +70,8 @@ pub struct Campaign {
     pub oracle: Box<dyn PowerOracle>,
     /// The panel, scaled.
     pub display: Display,
+    /// How power is counted.
+    pub counted: Counted,
     /// How it is searched.
     pub settings: Settings,
     /// What is to be made.

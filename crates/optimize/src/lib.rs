@@ -24,6 +24,7 @@ mod between;
 pub mod campaign;
 pub mod checkpoint;
 pub mod conclusion;
+pub mod counted;
 pub mod estimate;
 pub mod fit;
 pub mod foveated;

@@ -11,6 +11,7 @@ pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
+use crate::counted::Counted;
 use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
 use crate::judged::JudgedSize;
@@ -60,6 +61,10 @@ pub struct Results {
     pub missing_regions: Vec<String>,
     /// What counted the power: a machine, or `paper`.
     pub oracle: String,
+    /// By which counts, whether standby is in them, and how the panel was scaled; `None` in files
+    /// of before.
+    #[serde(default)]
+    pub counted: Option<Counted>,
     /// Frames shown per second.
     pub fps: f64,
     /// The panel.

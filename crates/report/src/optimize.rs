@@ -16,6 +16,7 @@ use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::conclusion::Conclusion;
+use powergs_optimize::counted::Counted;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
 use powergs_optimize::judged::JudgedSize;
@@ -42,6 +43,8 @@ pub struct Story<'a> {
     pub name: String,
     /// What counted the power: a machine, or `paper`.
     pub oracle: String,
+    /// By which counts, whether standby is in them, and how the panel was scaled.
+    pub counted: Counted,
     /// The panel.
     pub display: String,
     /// Frames shown per second.
@@ -124,6 +127,7 @@ impl<'a> Story<'a> {
         Story {
             name: campaign.name.clone(),
             oracle: campaign.oracle.name(),
+            counted: campaign.counted,
             display: campaign.display.name.clone(),
             fps: campaign.oracle.fps(),
             priced: campaign.priced.clone(),
@@ -181,7 +185,14 @@ fn course(finished: &Finished) -> Vec<Moment> {
 impl Story<'_> {
     fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
         let what = format!("{}; {what}", self.priced);
-        Chart::new(name, title, subtitle(&self.name, &self.oracle, self.fps, &what))
+        let subtitle = subtitle(&self.name, &self.oracle, self.fps, &what);
+        Chart::new(name, title, subtitle).note(power_note(&self.counted, &self.oracle))
+    }
+
+    /// How the watts are counted, in a sentence without an end.
+    fn counted(&self) -> String {
+        let by = self.counted.by_what(&shortened(&self.oracle, 24));
+        format!("{by}; {}", self.counted.panel(&self.display))
     }
 
     /// By how many decibels the test views, which chose nothing, are below what was asked for;
@@ -217,6 +228,17 @@ impl Story<'_> {
     }
 }
 
+/// What stands under a chart with watts: those of another count are others.
+fn power_note(counted: &Counted, oracle: &str) -> String {
+    let by = counted.by_what(&shortened(oracle, 24));
+    match counted.display_ratio {
+        None => format!("Power by {by}; the panel as it is."),
+        Some(ratio) => {
+            format!("Power by {by}; the panel scaled to a display-to-render ratio of {ratio}.")
+        }
+    }
+}
+
 /// A line about a scene, what counts its power, and frames shown per second.
 fn subtitle(scene: &str, oracle: &str, fps: f64, what: &str) -> String {
     let scene = shortened(scene, 24);
@@ -246,7 +268,8 @@ fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
     let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
     let name = format!("{} over {}", shortened(&story.name, 16), story.priced);
-    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) })
+    let note = power_note(&story.counted, &story.oracle);
+    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) }.note(note))
 }
 
 /// The colour of a model in every chart.

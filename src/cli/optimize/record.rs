@@ -77,6 +77,7 @@ fn views(campaign: &Campaign) -> Value {
 fn power(campaign: &Campaign) -> Value {
     table([
         ("oracle", campaign.oracle.name().into()),
+        ("standby", campaign.counted.has_standby.into()),
         ("display", campaign.display.name.clone().into()),
         ("display-scale", campaign.display.scale.into()),
         ("display-fps", campaign.oracle.fps().into()),

@@ -35,6 +35,7 @@ fn labels_cover_nothing(finished: &Finished) {
     let story = Story {
         name: "room".into(),
         oracle: "gscore".into(),
+        counted: finished.results.counted.expect("it says so"),
         display: "oled-powergs".into(),
         fps: 60.0,
         priced: finished.results.priced.clone().expect("it says so"),

@@ -105,6 +105,7 @@ impl Campaign {
             renderer,
             oracle: _,
             display: _,
+            counted: _,
             settings,
             plan,
             ratio_study: _,

@@ -1,11 +1,11 @@
 //! From a request to a campaign: checks, reference images, the split of the views, the panel.
 
 use powergs_base::quantity::Watts;
-use powergs_frame::display::Display;
 use powergs_scene::Camera;
 
 use super::collect::Collected;
 use super::{Campaign, CampaignError, GivenViews};
+use crate::counted::Counted;
 use crate::foveated::levels_shown;
 use crate::invalid::{Invalid, in_range};
 use crate::judged::{JudgedSize, in_priced_size};
@@ -118,6 +118,7 @@ impl Campaign {
             power_views,
             priced,
             renderer: request.renderer,
+            counted: Counted::by(request.oracle.counts()),
             oracle: request.oracle,
             display: request.display,
             settings,
@@ -128,22 +129,25 @@ impl Campaign {
             keep_all: request.keep_all,
         };
         if let Some(ratio) = request.display_ratio {
-            campaign.display = campaign.scaled(ratio)?;
+            let factor = campaign.display_factor(ratio)?;
+            let display = &mut campaign.display;
+            display.scale *= factor;
+            display.static_power = Watts(display.static_power.0 * factor);
+            campaign.counted.display_ratio = Some(ratio);
+            campaign.counted.display_factor = factor;
         }
         Ok(campaign)
     }
 
-    /// The panel at which the dense model's display power is `ratio` times its rendering power.
-    fn scaled(&self, ratio: f64) -> Result<Display, CampaignError> {
+    /// The factor on the power of the panel at which the dense model's display power is `ratio`
+    /// times its rendering power.
+    fn display_factor(&self, ratio: f64) -> Result<f64, CampaignError> {
         let watts = self.setup().watts(&self.dense);
         let what = || "the dense model".to_owned();
         let watts = watts.map_err(|error| CampaignError::Sim { what: what(), error })?;
         if watts.display_w <= 0.0 {
             return Err(CampaignError::NoDisplayPower);
         }
-        let factor = ratio * watts.render_w / watts.display_w;
-        let display = self.display.clone();
-        let static_power = Watts(display.static_power.0 * factor);
-        Ok(Display { scale: display.scale * factor, static_power, ..display })
+        Ok(ratio * watts.render_w / watts.display_w)
     }
 }

@@ -54,6 +54,7 @@ impl Results {
             screen: screen.map(record),
             missing_regions: missing.into_iter().map(str::to_owned).collect(),
             oracle: campaign.oracle.name(),
+            counted: Some(campaign.counted),
             fps: campaign.oracle.fps(),
             display: campaign.display.name.clone(),
             display_scale: campaign.display.scale,

@@ -1,4 +1,5 @@
 //! What was once wrong, one test for each, named after it.
 
+mod counted;
 mod kept;
 mod sizes;

@@ -7,6 +7,7 @@ use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
 use crate::format::{engineering, shortened, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_energy::action::Phase;
+use powergs_optimize::counted::PowerCounts;
 use powergs_optimize::outcome::{Confirmation, Outcome};
 use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::Role;
@@ -79,6 +80,7 @@ impl Story<'_> {
                     "result: {name}, in final.ply; {rho:.0} % of the Gaussians pruned"
                 );
                 self.reached(&mut text, best);
+                let _ = writeln!(text, "{}", wrapped(&format!("power by {}", self.counted()), 80));
             }
             _ => {
                 let _ = writeln!(text, "no model reached the target: there is no final.ply");
@@ -239,7 +241,10 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     balance::section(&mut page, story);
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
     let priced = &story.priced;
-    page.paragraph(format!("Power: {oracle} at {fps} FPS over {priced}, display {display}."));
+    page.paragraph(format!(
+        "Power: {oracle} at {fps} FPS over {priced}, display {display}. It is counted by {}.",
+        story.counted()
+    ));
     if let Some(target) = story.target {
         let (target, asked) = (quality(target), &story.asked);
         let is_same = target == *asked;
@@ -248,8 +253,15 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     }
     if let Some(best) = story.result() {
         page.paragraph(Text::marked(&format!(
-            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`.{}",
+            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`{}.{}",
             best.name,
+            match story.counted.counts {
+                PowerCounts::ClosedForm => {
+                    ", which counts a whole machine with its standby, where this page has the \
+                     closed form"
+                }
+                PowerCounts::Machine => "",
+            },
             match (best.role, story.of_role(Role::Optimum)) {
                 (Role::Sample, Some(_)) => " The realised optimum is not better than that sample.",
                 _ => "",

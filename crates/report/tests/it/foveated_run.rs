@@ -172,6 +172,7 @@ pub fn run() -> Results {
         screen: Some(ScreenRecord { fov_deg: 90.0, pooling_rate: 0.05 }),
         missing_regions: vec!["R4".into()],
         oracle: "gscore".into(),
+        counted: None,
         fps: 60.0,
         display: "oled-powergs".into(),
         display_scale: 3.0,
