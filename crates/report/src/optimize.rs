@@ -299,6 +299,22 @@ impl Story<'_> {
         if self.is_result(outcome) { format!("result ({name})") } else { name }
     }
 
+    /// Whether a model reaches the target of the run over the gate views. The dense model and the
+    /// one that shares are shares of are measured before there is a target.
+    fn passed(&self, outcome: &Outcome) -> bool {
+        match outcome.role {
+            Role::Dense | Role::HeldOut => {
+                let target = self.target.map(Target::Likeness);
+                target.is_some_and(|target| target.passes(outcome.gate.quality))
+            }
+            Role::Sample
+            | Role::Optimum
+            | Role::Baseline(_)
+            | Role::External(_)
+            | Role::Sweep(_) => outcome.passed,
+        }
+    }
+
     fn is_result(&self, outcome: &Outcome) -> bool {
         self.result().is_some_and(|result| result.name == outcome.name)
     }

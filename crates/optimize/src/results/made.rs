@@ -165,7 +165,16 @@ fn model(run: &ResultMade<'_>, position: usize, o: &Outcome) -> ModelRecord {
         }),
         margin_db: target.and_then(|t| finite(t.margin_db(o.gate.quality))),
         steered_db: target.and_then(|t| finite(steered_db(run, position, o, &t)?)),
-        passed: o.passed,
+        passed: match o.role {
+            // They are judged by shares of their own when they are measured, which they always
+            // reach.
+            Role::Dense | Role::HeldOut => target.is_some_and(|t| t.passes(o.gate.quality)),
+            Role::Sample
+            | Role::Optimum
+            | Role::Baseline(_)
+            | Role::External(_)
+            | Role::Sweep(_) => o.passed,
+        },
         gate: seen(&o.gate),
         confirmation: o.confirmation.map(|c| seen(&c.seen)),
         luck_db: o.confirmation.and_then(|c| c.luck_db),

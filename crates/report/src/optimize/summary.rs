@@ -323,7 +323,7 @@ fn models(story: &Story<'_>) -> Table {
             o.points.into(),
             psnr(gate),
             gate.ssim.into(),
-            o.passed.into(),
+            story.passed(o).into(),
             psnr(test),
             test.ssim.into(),
             o.flip_test.into(),
