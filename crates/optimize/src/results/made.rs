@@ -1,8 +1,8 @@
 //! From a run to its results.
 
 use super::{
-    ChangeRecord, FORMAT, FitRecord, FovealRecord, LostRecord, ModelRecord, Reference, Results,
-    ScreenRecord, SeenRecord, VERSION, VariantRecord,
+    ChangeRecord, FORMAT, FilteredRecord, FitRecord, FovealRecord, LostRecord, ModelRecord,
+    Reference, Results, ScreenRecord, SeenRecord, VERSION, VariantRecord,
 };
 use crate::campaign::{Campaign, FoveatedModels};
 use crate::foveated::{MeasuredFoveated, cheapest, missing_regions};
@@ -248,6 +248,12 @@ fn foveal(run: &ResultMade<'_>, f: &MeasuredFoveated) -> FovealRecord {
         display_w: f.watts.display_w,
         render_w: f.watts.render_w,
         filter_w: f.filter_w,
+        filtered: f.filtered.map(|like| FilteredRecord {
+            psnr_db: finite(like.psnr_db),
+            ssim: finite(like.ssim),
+            flip: finite(like.flip),
+            lpips: like.lpips.and_then(finite),
+        }),
         fps: finite(f.fps),
         hvsq: f.hvsq.map(|v| v.and_then(finite)),
         tiles: f.tiles,
