@@ -12,6 +12,7 @@ mod summary;
 mod sweep;
 mod tables;
 
+use super::fit::MadeOptimum;
 use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::campaign::{Campaign, Finished};
@@ -263,13 +264,16 @@ pub fn charts(story: &Story<'_>) -> Vec<Chart> {
     charts.into_iter().flatten().collect()
 }
 
-/// D and R with their fits, and the total with its optimum.
+/// D and R with their fits, and the total with its minimum and the model that was made there.
 fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
     let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
     let name = format!("{} over {}", shortened(&story.name, 16), story.priced);
+    let made = story.of_role(Role::Optimum);
+    let made = made.map(|o| MadeOptimum { rho: o.rho, total_w: o.watts.total_w() });
     let note = power_note(&story.counted, &story.oracle);
-    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) }.note(note))
+    let chart = super::fit::chart_of(fit, &name, &passed, made);
+    Some(Chart { name: "curves", ..chart }.note(note))
 }
 
 /// The colour of a model in every chart.
