@@ -21,6 +21,7 @@ mod order;
 mod own_flow;
 mod pareto;
 mod photos;
+mod regressions;
 mod scene;
 mod sensitivity;
 #[cfg(unix)]

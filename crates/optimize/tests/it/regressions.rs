@@ -2,4 +2,5 @@
 
 mod counted;
 mod kept;
+mod passed;
 mod sizes;
