@@ -33,7 +33,7 @@ use super::renderer::Renderer;
 use super::request::Foveation;
 use super::settings::{Gate, Settings};
 use super::setup::Setup;
-use super::views::{Priced, ViewSplit};
+use super::views::{Priced, TrainingDistance, ViewSplit};
 use super::watch::CampaignWatch;
 
 /// An optimisation with everything that it needs, checked. Fields are those of [`Request`], as
@@ -105,6 +105,12 @@ impl Campaign {
             Gate::Validation => self.split.validation.len(),
             Gate::Test => self.split.test.len(),
         }
+    }
+
+    /// How far made gate views and test views are from those that train; `None` where none were
+    /// made.
+    pub fn training_distance(&self) -> Option<TrainingDistance> {
+        TrainingDistance::of(&self.cameras, &self.split)
     }
 
     /// What every job works on.

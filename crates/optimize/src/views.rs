@@ -119,6 +119,34 @@ impl ViewSplit {
     }
 }
 
+/// How far views are from the nearest one that trains, world units, medians. Models are best where
+/// they train: of two that gate and test, those farther away come out lower.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrainingDistance {
+    /// Of the views that were made to gate.
+    pub made: f64,
+    /// Of the test views.
+    pub test: f64,
+}
+
+impl TrainingDistance {
+    /// Of a split of `cameras`; `None` where no views were made.
+    pub(crate) fn of(cameras: &[Camera], split: &ViewSplit) -> Option<TrainingDistance> {
+        let made = &split.validation[split.validation.len() - split.made..];
+        let nearest = |view: &usize| {
+            let here = cameras[*view].centre;
+            let far = split.train.iter().map(|train| here.distance(cameras[*train].centre));
+            far.fold(f64::INFINITY, f64::min)
+        };
+        let median = |views: &[usize]| {
+            let mut far: Vec<f64> = views.iter().map(nearest).collect();
+            far.sort_by(f64::total_cmp);
+            far.get(far.len() / 2).copied()
+        };
+        Some(TrainingDistance { made: median(made)?, test: median(&split.test)? })
+    }
+}
+
 /// Most frames of a path.
 const PATH_MOST: usize = 100_000;
 /// Where views are shown with more pixels than they train with, power is a mean over so many of

@@ -30,7 +30,7 @@ use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::Iteration;
-use powergs_optimize::views::Priced;
+use powergs_optimize::views::{Priced, TrainingDistance};
 
 pub use course::Moment;
 use summary::short_of;
@@ -71,6 +71,8 @@ pub struct Story<'a> {
     pub views: (usize, usize),
     /// Gate views of these that were made between the others.
     pub made: usize,
+    /// How far these and the test views are from those that train.
+    pub distance: Option<TrainingDistance>,
     /// The views in which the result lost most.
     pub lost: &'a [LostRecord],
     /// Iterations of a sample that were asked for, at most.
@@ -141,6 +143,7 @@ impl<'a> Story<'a> {
             asked: asked(campaign),
             views: (campaign.gate_views(), campaign.split.test.len()),
             made: campaign.split.made,
+            distance: campaign.training_distance(),
             lost: &finished.results.lost,
             iterations: campaign.settings.iterations,
             conclusion: &finished.conclusion,
@@ -299,7 +302,7 @@ const ITSELF: f64 = 100.0;
 impl Story<'_> {
     /// The name of a model in all charts and tables; that of the result says so.
     fn label(&self, outcome: &Outcome) -> String {
-        let name = shortened(&outcome.name, 18);
+        let name = shortened(&outcome.name, 24);
         if self.is_result(outcome) { format!("result ({name})") } else { name }
     }
 

@@ -54,6 +54,7 @@ fn labels_cover_nothing(finished: &Finished) {
         asked: "35 dB".into(),
         views: (3, 3),
         made: 0,
+        distance: None,
         lost: &finished.results.lost,
         iterations: 100,
         conclusion: &finished.conclusion,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{ITSELF, Story, balance, decimals};
 use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
-use crate::format::{engineering, shortened, watt_unit, wrapped};
+use crate::format::{engineering, shortened, significant, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_energy::action::Phase;
 use powergs_optimize::counted::PowerCounts;
@@ -14,6 +14,7 @@ use powergs_optimize::role::Role;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::confirming;
+use powergs_optimize::views::TrainingDistance;
 
 /// A result as a list of names and values, for `--json` and the terminal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -192,6 +193,18 @@ impl Story<'_> {
                  safer",
                 if n == 1 { "" } else { "s" }
             ));
+            if let Some(TrainingDistance { made, test }) = self.distance
+                && made < NEARER * test
+            {
+                notes.push(format!(
+                    "the {} gate views that were made are {} from the nearest view that trains, \
+                     the test views {} (medians): models are better where they train, so the gate \
+                     promises more than these see; --validation 4 lets more given views gate",
+                    self.made,
+                    significant(made),
+                    significant(test)
+                ));
+            }
         }
         if let Some(dense) = self.of_role(Role::Dense) {
             let standby = best.watts.parts.stage_w(Phase::Standby);
@@ -217,6 +230,8 @@ impl Story<'_> {
     }
 }
 
+/// Gate views are nearer to those that train than test views below this share of their distance.
+const NEARER: f64 = 0.8;
 /// Standby power above this share of the total is told.
 const STANDING: f64 = 0.25;
 
@@ -253,7 +268,8 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     }
     if let Some(best) = story.result() {
         page.paragraph(Text::marked(&format!(
-            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`{}.{}",
+            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim \
+             replay`{}.{}",
             best.name,
             match story.counted.counts {
                 PowerCounts::ClosedForm => {

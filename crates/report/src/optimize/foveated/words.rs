@@ -1,5 +1,6 @@
 //! The foveated part of `summary.md`, and what is printed of it.
 
+use super::super::decimals;
 use super::Show;
 use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
 use crate::format::{engineering, watt_unit};
@@ -88,7 +89,7 @@ fn methods(page: &mut Document, r: &Results) {
          held to no target.",
         r.fps
     ));
-    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), decimals(per_watt));
     let mut columns = vec![Column::text("method"), Column::fixed("FPS", 0)];
     columns.extend(["total", "display", "accelerator", "of that filter"].map(watts));
     columns.extend(REGIONS.map(|region| Column::fixed(region, 2).group("HVSQ, 1e-5")));
@@ -196,7 +197,7 @@ fn plain(page: &mut Document, r: &Results) {
         Column::fixed("SSIM", 4),
         Column::fixed("FLIP", 4),
         Column::fixed("LPIPS", 4),
-        Column::fixed(format!("total, {unit}"), 2),
+        Column::fixed(format!("total, {unit}"), decimals(per_watt)),
     ];
     let row = |m: &ModelRecord| {
         let name = match Some(&m.name) == ours.as_ref() {
@@ -225,7 +226,7 @@ fn levels(page: &mut Document, r: &Results) {
         "Pruned: of the level before. HVSQ at the pooling of the level, over whole views; power of \
          the level shown everywhere.",
     );
-    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), decimals(per_watt));
     let mut columns = vec![
         Column::text("variant"),
         Column::count("level"),
