@@ -57,6 +57,7 @@ class _Settings(_FitSettings, total=False):
     rate_scale: float
     rate_end: float
     gate: Literal["validation", "test"]
+    gate_size: Literal["priced", "trained"]
 
 class _Arrays(TypedDict):
     means: npt.NDArray[np.floating[Any]]
@@ -1092,12 +1093,12 @@ def optimize(
     fps : float
         Frames shown per second.
     size : (int, int), optional
-        Width and height that models train and are compared at, pixels, in place of those of the
-        views.
+        Width and height that models train at, pixels, in place of those of the views.
     power_size : (int, int), optional
-        Width and height that power is counted at, pixels: that of the screen. Without it, that of
-        the views, whatever ``size`` says. Where it is larger than ``size``, power is a mean over at
-        most 16 views, evenly spaced.
+        Width and height that power is counted and quality measured at, pixels: that of the screen.
+        Without it, that of the views, whatever ``size`` says. Where it is larger than ``size``,
+        power is a mean over at most 16 views, and at most 24 decide, evenly spaced.
+        ``gate_size="trained"`` measures quality at ``size``.
     rhos : list of float, optional
         Shares to prune that are tried, ascending.
     baselines : bool
@@ -1116,8 +1117,8 @@ def optimize(
         of views; ``first_effort``, ``held_out_iterations``, ``level_effort``, ``interval``,
         ``adjust_share``, ``display_weight`` (the flag ``--lambda``), ``level_display_weight``
         (``--level-lambda``), ``dimming``, ``epsilon_db``, ``opacity_cap``, ``rate_scale``,
-        ``rate_end``, ``checkpoint_every``, ``gate``. ``powergs-sim optimize --help`` says what they
-        are.
+        ``rate_end``, ``checkpoint_every``, ``gate``, ``gate_size``. ``powergs-sim optimize
+        --help`` says what they are.
     """
 def codesign(
     scene: Scene,

@@ -20,6 +20,7 @@ use crate::value::display_rate;
 use crate::watch::{self, Counts, Shared};
 use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
+use powergs_base::picture::Picture;
 use powergs_chart::Chart as Drawing;
 use powergs_core::run::files::{DiskFiles, FileKind, Files};
 use powergs_core::run::{RunError, Watch};
@@ -30,7 +31,7 @@ use powergs_optimize::invalid::Invalid;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::photos::Photo;
-use powergs_optimize::references::ReferenceImages;
+use powergs_optimize::references::{Reference, ReferenceImages, References};
 use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Goal, Goals, LEAST_GATE, Request};
 use powergs_optimize::role::Baseline;
@@ -437,6 +438,36 @@ fn tell(
     Ok(())
 }
 
+/// Photos as references: in the size that models train in, and those that have more pixels whole,
+/// for the views that judge models in another one.
+struct PhotoArrays {
+    images: Vec<Reference>,
+    photos: Vec<(Photo, Option<Reference>)>,
+}
+
+impl References for PhotoArrays {
+    fn write_to(&self, view: usize, picture: &mut Picture) {
+        self.images[view].write_to(picture);
+    }
+
+    fn digest(&self) -> u128 {
+        self.images.digest()
+    }
+
+    fn push_at(&mut self, view: usize, camera: &Camera) -> Result<Option<Camera>, RunError> {
+        let (photo, whole) = &self.photos[view];
+        let larger = photo.in_size_of(camera);
+        let size = |camera: &Camera| (camera.width, camera.height);
+        let Some(whole) = whole.as_ref().filter(|_| size(&larger.view) != size(&photo.view)) else {
+            return Ok(None);
+        };
+        let mut picture = Picture::default();
+        whole.write_to(&mut picture);
+        self.images.push(larger.reference(&picture));
+        Ok(Some(larger.view))
+    }
+}
+
 /// The views as their photos show them, and the photos in their size.
 fn photographed(
     cameras: &Cameras,
@@ -448,14 +479,18 @@ fn photographed(
     if photos.len() != all.len() {
         return Err(wrong(format!("{} photos for {} views", photos.len(), all.len())));
     }
-    let (mut views, mut references) = (Vec::new(), Vec::new());
+    let mut views = Vec::new();
+    let mut references = PhotoArrays { images: Vec::new(), photos: Vec::new() };
     for (photo, camera) in photos.iter().zip(all) {
         let picture = picture::picture(photo)?;
         let shown = (picture.width, picture.height);
         let photo = Photo::new(shown, camera, cameras.lens(camera), size);
         let photo = photo.map_err(|e| wrong(format!("the photo of view {}: {e}", camera.name)))?;
-        references.push(photo.reference(&picture));
-        views.push(photo.view);
+        references.images.push(photo.reference(&picture));
+        views.push(photo.view.clone());
+        let is_larger = shown != (photo.view.width, photo.view.height);
+        let whole = is_larger.then(|| Reference::new(&picture));
+        references.photos.push((photo, whole));
     }
     Ok((views, ReferenceImages::Photos(Box::new(references))))
 }
@@ -487,12 +522,12 @@ fn photographed(
 /// fps : float
 ///     Frames shown per second.
 /// size : (int, int), optional
-///     Width and height that models train and are compared at, pixels, in place of those of the
-///     views.
+///     Width and height that models train at, pixels, in place of those of the views.
 /// power_size : (int, int), optional
-///     Width and height that power is counted at, pixels: that of the screen. Without it, that of
-///     the views, whatever ``size`` says. Where it is larger than ``size``, power is a mean over at
-///     most 16 views, evenly spaced.
+///     Width and height that power is counted and quality measured at, pixels: that of the screen.
+///     Without it, that of the views, whatever ``size`` says. Where it is larger than ``size``,
+///     power is a mean over at most 16 views, and at most 24 decide, evenly spaced.
+///     ``gate_size="trained"`` measures quality at ``size``.
 /// rhos : list of float, optional
 ///     Shares to prune that are tried, ascending.
 /// baselines : bool
@@ -511,8 +546,8 @@ fn photographed(
 ///     of views; ``first_effort``, ``held_out_iterations``, ``level_effort``, ``interval``,
 ///     ``adjust_share``, ``display_weight`` (the flag ``--lambda``), ``level_display_weight``
 ///     (``--level-lambda``), ``dimming``, ``epsilon_db``, ``opacity_cap``, ``rate_scale``,
-///     ``rate_end``, ``checkpoint_every``, ``gate``. ``powergs-sim optimize --help`` says what they
-///     are.
+///     ``rate_end``, ``checkpoint_every``, ``gate``, ``gate_size``. ``powergs-sim optimize
+///     --help`` says what they are.
 #[pyfunction]
 #[pyo3(signature = (scene, cameras, *, photos=None, quality=None, machine=None, display=None,
                     display_ratio=None, fps=60.0, size=None, power_size=None, rhos=None,

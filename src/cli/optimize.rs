@@ -6,6 +6,7 @@ mod finish;
 mod folder;
 mod foveated;
 mod inputs;
+mod photo_references;
 mod photos;
 mod record;
 mod reprice;
@@ -25,6 +26,7 @@ use super::{Context, Exit, Failure, gaze, out};
 use folder::{Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
+use powergs_optimize::judged::JudgedSize;
 use powergs_optimize::request::LEAST_GATE;
 use powergs_optimize::target::Level;
 use powergs_optimize::views::PowerViews;
@@ -87,9 +89,9 @@ pub struct OptimizeArgs {
     /// Their cameras.
     #[command(flatten)]
     pub seen: TrainingViewArgs,
-    /// Image size that models train and are compared at, pixels [default: that of the cameras, or
-    /// of smaller photos]; photos are averaged down to it, and must have its aspect. With
-    /// --reprice, as --power-size
+    /// Image size that models train at, pixels [default: that of the cameras, or of smaller
+    /// photos]; photos are averaged down to it, and must have its aspect. Quality is measured at
+    /// the size that power is counted at (--gate-size). With --reprice, as --power-size
     #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
     #[arg(help_heading = "Views", display_order = BEHIND_SETTINGS + 1)]
     pub size: Option<(u32, u32)>,
@@ -257,8 +259,8 @@ pub struct PowerArgs {
     /// Energy table in place of the machine's
     #[arg(hide_short_help = true, long, value_name = "TABLE")]
     pub energy: Option<String>,
-    /// What counts: the simulated machine, or the published closed form [default: cycle, with
-    /// --demo paper]
+    /// What counts: the simulated machine with its standby, or as published the closed form, which
+    /// has none [default: cycle, with --demo paper]
     #[arg(hide_short_help = true, long, value_enum)]
     pub oracle: Option<super::replay::ModelArg>,
     /// Display preset: a name or a TOML file [default: oled-powergs]
@@ -448,7 +450,32 @@ fn say_target(campaign: &Campaign, context: &Context) {
          reported"
     );
     out::complain(wrapped(&what, 80));
-    out::complain(wrapped(&format!("power: over {}", campaign.priced), 80));
+    if let Some(sizes) = sizes(&campaign.judged) {
+        out::complain(wrapped(&sizes, 80));
+    }
+    let by = campaign.counted.by_what(&campaign.oracle.name());
+    let panel = campaign.counted.panel(&campaign.display.name);
+    let what = format!("power: over {}, by {by}; {panel}", campaign.priced);
+    out::complain(wrapped(&what, 80));
+}
+
+/// The sizes of what trains and of what is judged, where they are not all that of the power.
+fn sizes(judged: &JudgedSize) -> Option<String> {
+    let size = |[width, height]: [u32; 2]| format!("{width}x{height}");
+    let JudgedSize { trained, judged, is_priced } = *judged;
+    match (is_priced, trained == judged) {
+        (true, true) => None,
+        (true, false) => Some(format!(
+            "sizes: models train at {}; gate and test views are of {}, as power is (--gate-size)",
+            size(trained),
+            size(judged)
+        )),
+        (false, _) => Some(format!(
+            "sizes: quality is that at {}, power is counted at another size: what is shown there \
+             may be worse",
+            size(judged)
+        )),
+    }
 }
 
 /// Says which regions no view has.

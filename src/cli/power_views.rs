@@ -15,8 +15,9 @@ const PIXEL: u64 = 64;
 /// Where power is counted.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct PowerViewArgs {
-    /// Image size that power is counted at, pixels: that of the screen; another aspect keeps the
-    /// vertical field of view [default: that of the cameras, whatever --size says]
+    /// Image size that power is counted and quality measured at, pixels: that of the screen;
+    /// another aspect keeps the vertical field of view [default: that of the cameras, whatever
+    /// --size says]
     #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
     pub power_size: Option<(u32, u32)>,
     /// Camera file of the views that power is counted in [default: those of --cameras]

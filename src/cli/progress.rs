@@ -1,11 +1,13 @@
 //! A progress bar on standard error: for people at a terminal, and only if the work takes longer
 //! than a second. Elsewhere, a line a minute.
 
+use std::fmt;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use super::{Context, out};
 use powergs_core::run::Watch;
@@ -16,11 +18,42 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two lines in a file or pipe.
 const PULSE: Duration = Duration::from_secs(60);
 
+/// When the first items were done, and how many they were. What came before them is no pace: models
+/// are read, frames rendered, and what an earlier run has done is told at once.
+#[derive(Debug, Default)]
+struct ProgressPace(Mutex<Option<(Instant, u64)>>);
+
+impl ProgressPace {
+    fn first(&self) -> MutexGuard<'_, Option<(Instant, u64)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// So many items are done.
+    fn reach(&self, at: u64) {
+        self.first().get_or_insert_with(|| (Instant::now(), at));
+    }
+
+    /// The time that is left of so many items.
+    fn left(&self, at: u64, of: u64) -> Option<Duration> {
+        let (since, first) = (*self.first())?;
+        left(since.elapsed(), at.saturating_sub(first), of.saturating_sub(at))
+    }
+}
+
+/// The time that is left where `done` items took `elapsed` and `rest` are to come, by the mean of all
+/// of them: that of the last few says nothing where items rest while something else is measured.
+/// `None`: nobody knows.
+pub fn left(elapsed: Duration, done: u64, rest: u64) -> Option<Duration> {
+    let seconds = elapsed.as_secs_f64() * rest as f64 / done as f64;
+    Duration::try_from_secs_f64(seconds).ok().filter(|_| done > 0)
+}
+
 /// A bar that appears after a second and goes away when dropped.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
+    pace: Arc<ProgressPace>,
     /// Whether anything may be shown at all.
     wanted: bool,
     is_terminal: bool,
@@ -34,15 +67,25 @@ impl Progress {
     /// A bar for `total` items of `what` (plural: `frames`).
     pub fn new(context: &Context, total: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let template = format!("{{bar:24}} {{pos}}/{{len}} {what}, {{eta}} left{{msg}}");
+        let template = format!("{{bar:24}} {{pos}}/{{len}} {what}{{left}}{{msg}}");
+        let pace = Arc::new(ProgressPace::default());
+        let shown = Arc::clone(&pace);
+        let says_left = move |state: &ProgressState, to: &mut dyn fmt::Write| {
+            if let Some(left) = shown.left(state.pos(), state.len().unwrap_or_default()) {
+                // A bar that cannot be written is not there.
+                let _ = write!(to, ", {:#} left", HumanDuration(left));
+            }
+        };
         // The template is ours and fixed: if it did not parse, the default style is good enough.
         bar.set_style(
             ProgressStyle::with_template(&template)
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+                .unwrap_or_else(|_| ProgressStyle::default_bar())
+                .with_key("left", says_left),
         );
         Self {
             bar,
             started: Instant::now(),
+            pace,
             wanted: !context.global.quiet,
             is_terminal: std::io::stderr().is_terminal(),
             what,
@@ -54,6 +97,7 @@ impl Progress {
     pub fn restart(&self, total: u64) {
         self.bar.reset();
         self.bar.set_length(total);
+        *self.pace.first() = None;
     }
 
     /// Says how things are, behind the time that is left.
@@ -64,6 +108,7 @@ impl Progress {
     /// `n` more items are done. May be called from any thread.
     pub fn advance(&self, n: u64) {
         self.bar.inc(n);
+        self.pace.reach(self.bar.position());
         if self.wanted && self.is_terminal {
             if self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
                 self.bar.set_draw_target(ProgressDrawTarget::stderr());
@@ -88,8 +133,10 @@ impl Progress {
         // Of several threads one writes the line of a minute.
         if self.pulses.fetch_max(due, Ordering::Relaxed) < due {
             let (at, of) = (self.bar.position(), self.bar.length().unwrap_or_default());
-            let left = self.bar.eta().as_secs().div_ceil(60);
-            out::complain(format_args!("{at}/{of} {}, about {left} min left", self.what));
+            let left = self.pace.left(at, of).map_or(String::new(), |left| {
+                format!(", about {} min left", left.as_secs().div_ceil(60))
+            });
+            out::complain(format_args!("{at}/{of} {}{left}", self.what));
         }
     }
 }

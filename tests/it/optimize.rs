@@ -1,6 +1,6 @@
 //! The optimiser as the user sees it.
 
-mod command;
+pub mod command;
 mod foveated_command;
 mod own_campaign;
 mod photos_command;

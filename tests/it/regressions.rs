@@ -6,4 +6,5 @@ mod charts;
 #[cfg(unix)]
 mod handout;
 mod inputs;
+mod optimiser;
 mod scenes;

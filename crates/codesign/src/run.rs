@@ -181,7 +181,7 @@ impl Codesign {
         text: &str,
         origin: &str,
     ) -> Result<Codesign, CodesignError> {
-        let views = campaign.cameras.len();
+        let views = campaign.given.count;
         if views < 2 {
             return Err(CodesignError::TooFewViews { views });
         }
@@ -569,7 +569,7 @@ impl Codesign {
             base: self.machines.base.label(),
             display: campaign.display.name.clone(),
             fps: self.machines.fps(),
-            views: [campaign.cameras.len(), campaign.gate_views(), campaign.split.test.len()],
+            views: [campaign.given.count, campaign.gate_views(), campaign.split.test.len()],
             priced: campaign.priced.clone(),
             iterations: self.iterations,
             is_confirmed: self.machines.has_banks(),

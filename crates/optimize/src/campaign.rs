@@ -6,6 +6,7 @@
 //!
 //! [`Request`]: super::request::Request
 
+mod collect;
 mod error;
 mod finished;
 mod identity;
@@ -23,6 +24,8 @@ use powergs_quality::Lpips;
 use powergs_scene::{Camera, Gaussians};
 
 use super::checkpoint::{Checkpoints, Progress};
+use super::counted::Counted;
+use super::judged::JudgedSize;
 use super::oracle::PowerOracle;
 use super::plan::Plan;
 use super::references::ReferenceImages;
@@ -30,7 +33,7 @@ use super::renderer::Renderer;
 use super::request::Foveation;
 use super::settings::{Gate, Settings};
 use super::setup::Setup;
-use super::views::{Priced, ViewSplit};
+use super::views::{Priced, TrainingDistance, ViewSplit};
 use super::watch::CampaignWatch;
 
 /// An optimisation with everything that it needs, checked. Fields are those of [`Request`], as
@@ -44,7 +47,8 @@ pub struct Campaign {
     pub dense: Gaussians,
     /// Further models to compare with.
     pub externals: Vec<(String, Gaussians)>,
-    /// All views; after those of the request, those that were made between them to gate.
+    /// All views; after those of the request, those that gate and test in another size than they
+    /// train in, and those that were made to gate.
     pub cameras: Vec<Camera>,
     /// What they should look like.
     pub references: ReferenceImages,
@@ -52,6 +56,10 @@ pub struct Campaign {
     pub background: [f32; 3],
     /// Which view does what.
     pub split: ViewSplit,
+    /// What the views of the request were before any were added.
+    pub given: GivenViews,
+    /// The sizes of what trains and of what gates and tests.
+    pub judged: JudgedSize,
     /// The views that power is a mean over.
     pub power_views: Vec<Camera>,
     /// What these are: how many of how many, and how large.
@@ -62,6 +70,8 @@ pub struct Campaign {
     pub oracle: Box<dyn PowerOracle>,
     /// The panel, scaled.
     pub display: Display,
+    /// How power is counted.
+    pub counted: Counted,
     /// How it is searched.
     pub settings: Settings,
     /// What is to be made.
@@ -76,6 +86,18 @@ pub struct Campaign {
     pub keep_all: bool,
 }
 
+/// The views of a request: the first of those of its campaign.
+#[derive(Debug, Clone)]
+pub struct GivenViews {
+    /// How many there are.
+    pub count: usize,
+    /// Which of them does what.
+    pub split: ViewSplit,
+    /// A hash of their photos in the size that they train in; `None` for renders of the dense
+    /// model.
+    pub photos: Option<u128>,
+}
+
 impl Campaign {
     /// Number of views that decide whether a model passes.
     pub fn gate_views(&self) -> usize {
@@ -83,6 +105,12 @@ impl Campaign {
             Gate::Validation => self.split.validation.len(),
             Gate::Test => self.split.test.len(),
         }
+    }
+
+    /// How far made gate views and test views are from those that train; `None` where none were
+    /// made.
+    pub fn training_distance(&self) -> Option<TrainingDistance> {
+        TrainingDistance::of(&self.cameras, &self.split)
     }
 
     /// What every job works on.

@@ -143,7 +143,7 @@ impl Campaign {
     fn dense_outcome(&self, setup: &Setup<'_>) -> Result<Outcome, CampaignError> {
         let job = self.plan.next(&self.settings, self.dense.len(), &[]);
         let job = job.expect("the first job measures the dense model");
-        let judge = |quality| self.plan.judge(&[], &job, quality);
+        let judge = |quality| self.plan.judge(&[], job.role, job.place, quality);
         let model = Model::fresh(&self.dense);
         let outcome = Outcome::measured(setup, &job, &model, None, judge);
         let what = || job.name.clone();

@@ -25,7 +25,9 @@ use powergs_frame::fovea::{
     TileLevels,
 };
 use powergs_frame::splat::TileGrid;
+use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
 use powergs_quality::hvsq::Measures;
+use powergs_quality::likeness;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
 
@@ -180,6 +182,19 @@ pub struct FilterCost {
     pub flops_per_cycle: f64,
 }
 
+/// How like their references whole test views of level 1 are behind the colour filter, means.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilteredLikeness {
+    /// PSNR, decibels.
+    pub psnr_db: f64,
+    /// SSIM.
+    pub ssim: f64,
+    /// FLIP, at the viewing distance of its authors.
+    pub flip: f64,
+    /// LPIPS; `None` without weights.
+    pub lpips: Option<f64>,
+}
+
 /// A foveated model, measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredFoveated {
@@ -193,6 +208,8 @@ pub struct MeasuredFoveated {
     pub filter_w: f64,
     /// Frames a second of the machine at full rate.
     pub fps: f64,
+    /// How like level 1 is behind the colour filter; `None` for methods without one.
+    pub filtered: Option<FilteredLikeness>,
     /// HVSQ of each region of the shown frames at its pooling; `None` for regions that no test view
     /// has.
     pub hvsq: [Option<f64>; LEVELS],
@@ -282,11 +299,13 @@ impl Viewer<'_> {
         // Among the parts, too, whose sum rendering power is.
         watts.parts.0[Phase::Rendering as usize][Component::Flop as usize] += filter_w;
         watts.render_w += filter_w;
+        let filtered = is_filtered.then(|| self.filtered_likeness(&model.level(0))).transpose()?;
         Ok(MeasuredFoveated {
             levels,
             counts: model.counts(),
             watts,
             filter_w,
+            filtered,
             fps: n / shown.iter().map(|s| s.seconds).sum::<f64>(),
             hvsq: self.hvsq(model, is_filtered)?,
             tiles: mean(|s| s.tiles),
@@ -368,6 +387,33 @@ impl Viewer<'_> {
         let [x, y] = looking.point.map(f64::from);
         let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
         Ok(Filter::new(self.setup.display).apply(picture, &gaze))
+    }
+
+    /// How like their references whole test views of a model are behind the colour filter, with the
+    /// gazes of the views.
+    fn filtered_likeness(&self, scene: &Gaussians) -> Result<FilteredLikeness, FovealError> {
+        let setup = self.setup;
+        let views = &setup.split.test;
+        let n = views.len().max(1) as f64;
+        let mut reference = Picture::default();
+        let mut mean = FilteredLikeness {
+            psnr_db: 0.0,
+            ssim: 0.0,
+            flip: 0.0,
+            lpips: setup.lpips.map(|_| 0.0),
+        };
+        for (i, &view) in views.iter().enumerate() {
+            let picture = self.filtered(&setup.look(scene, view), &self.looking(i))?;
+            setup.references.write_to(view, &mut reference);
+            let like = likeness(&picture, &reference);
+            mean.psnr_db += like.psnr_db / n;
+            mean.ssim += like.ssim / n;
+            mean.flip += flip(&reference, &picture, PIXELS_PER_DEGREE) / n;
+            // A view that is too small or too large has none, and so has the mean.
+            let lpips = setup.lpips.and_then(|lpips| lpips.distance(&picture, &reference).ok());
+            mean.lpips = mean.lpips.zip(lpips).map(|(sum, lpips)| sum + lpips / n);
+        }
+        Ok(mean)
     }
 
     /// Pixels that the filter changes.

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
+use crate::counted::PowerCounts;
 use crate::invalid::Invalid;
 use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
@@ -107,6 +108,9 @@ pub trait PowerOracle: Send + Sync {
     /// The name in every output.
     fn name(&self) -> String;
 
+    /// By which counts its answers are.
+    fn counts(&self) -> PowerCounts;
+
     /// A hash of everything that its answers depend on.
     fn id(&self) -> u128;
 
@@ -194,6 +198,10 @@ impl PowerOracle for PaperOracle {
         "paper".into()
     }
 
+    fn counts(&self) -> PowerCounts {
+        PowerCounts::ClosedForm
+    }
+
     fn id(&self) -> u128 {
         let UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte } = self.prices;
         hash_of([flop_pj, sram_pj_per_byte, dram_pj_per_byte, self.fps].map(f64::to_le_bytes))
@@ -256,6 +264,10 @@ pub struct CycleOracle {
 impl PowerOracle for CycleOracle {
     fn name(&self) -> String {
         self.system.machine().name.clone()
+    }
+
+    fn counts(&self) -> PowerCounts {
+        PowerCounts::Machine
     }
 
     fn check(&self) -> Result<(), Invalid> {

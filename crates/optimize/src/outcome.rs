@@ -11,6 +11,7 @@ use super::target::{Quality, Target};
 use super::tune::{Check, Gains, Model, Spent, confirms};
 use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
+use powergs_scene::Gaussians;
 
 /// The result of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -83,6 +84,38 @@ pub struct Training {
     pub spent: Option<Spent>,
 }
 
+/// What views say of a model.
+struct OutcomeSeen {
+    gate: Seen,
+    test: Seen,
+    /// The gate views that did not choose it; `None` where all of them do.
+    others: Option<Seen>,
+    error_db: [Option<f64>; 2],
+    flip_test: f64,
+    lpips_test: Option<f64>,
+}
+
+impl OutcomeSeen {
+    /// Of a model that was made for a place.
+    fn of(setup: &Setup<'_>, scene: &Gaussians, place: Place) -> OutcomeSeen {
+        let pooling = setup.screen.map(|_| POOLINGS[usize::from(place.level)]);
+        let mut pooled = pooling.map(Pooled::new);
+        let each_gate = setup.see_each(scene, setup.gate_views(), pooled.as_mut());
+        let each_test = setup.see_each(scene, &setup.split.test, pooled.as_mut());
+        let others = (0..).zip(&each_gate).filter(|(i, _)| confirms(*i));
+        let others: Vec<Seen> = others.map(|(_, seen)| *seen).collect();
+        let is_whole = place.level == 0;
+        OutcomeSeen {
+            gate: Seen::mean(&each_gate),
+            test: Seen::mean(&each_test),
+            others: (!others.is_empty()).then(|| Seen::mean(&others)),
+            error_db: [standard_error_db(&each_gate), standard_error_db(&each_test)],
+            flip_test: if is_whole { setup.flip_test(scene) } else { f64::NAN },
+            lpips_test: setup.lpips_test(scene).filter(|_| is_whole),
+        }
+    }
+}
+
 impl Outcome {
     /// The outcome of `job`: `model` measured in every respect. `judge` says what a model of this
     /// quality must reach; without an answer it fails.
@@ -97,24 +130,18 @@ impl Outcome {
         judge: impl FnOnce(Quality) -> Option<Target>,
     ) -> Result<Outcome, SimError> {
         let scene = &model.scene;
-        let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
-        let mut pooled = pooling.map(Pooled::new);
-        let each_gate = setup.see_each(scene, setup.gate_views(), pooled.as_mut());
-        let each_test = setup.see_each(scene, &setup.split.test, pooled.as_mut());
-        let (gate, test) = (Seen::mean(&each_gate), Seen::mean(&each_test));
+        let seen = OutcomeSeen::of(setup, scene, job.place);
+        let gate = seen.gate;
         let target = judge(gate.quality);
         let base = job.base.unwrap_or(setup.dense.len());
-        let is_whole = job.place.level == 0;
         let check = training.and_then(|e| e.check);
         let spent = training.and_then(|e| e.spent);
         let luck = |target: Target, promised: Quality| {
             let luck = target.margin_db(promised) - target.margin_db(gate.quality);
             luck.is_finite().then_some(luck)
         };
-        let others = (0..).zip(&each_gate).filter(|(i, _)| confirms(*i));
-        let others: Vec<Seen> = others.map(|(_, seen)| *seen).collect();
-        let confirmation = (!others.is_empty()).then(|| Confirmation {
-            seen: Seen::mean(&others),
+        let confirmation = seen.others.map(|others| Confirmation {
+            seen: others,
             // Where all gate views say how far it is dimmed, what was promised before that counts.
             luck_db: spent
                 .map(|spent| spent.luck_db)
@@ -135,13 +162,35 @@ impl Outcome {
             is_end: job.is_end,
             gate,
             confirmation,
-            error_db: [standard_error_db(&each_gate), standard_error_db(&each_test)],
+            error_db: seen.error_db,
             passed: target.is_some_and(|t| t.passes(gate.quality)),
-            test,
-            flip_test: if is_whole { setup.flip_test(scene) } else { f64::NAN },
-            lpips_test: setup.lpips_test(scene).filter(|_| is_whole),
+            test: seen.test,
+            flip_test: seen.flip_test,
+            lpips_test: seen.lpips_test,
             watts: setup.watts(scene)?,
         })
+    }
+
+    /// The same model, `scene`, as views of another size judge it. What it promised when it was
+    /// chosen was of those before.
+    pub(crate) fn judged_anew(
+        self,
+        setup: &Setup<'_>,
+        scene: &Gaussians,
+        judge: impl FnOnce(Quality) -> Option<Target>,
+    ) -> Outcome {
+        let seen = OutcomeSeen::of(setup, scene, self.place);
+        let gate = seen.gate;
+        Outcome {
+            gate,
+            confirmation: seen.others.map(|seen| Confirmation { seen, luck_db: None }),
+            error_db: seen.error_db,
+            passed: judge(gate.quality).is_some_and(|t| t.passes(gate.quality)),
+            test: seen.test,
+            flip_test: seen.flip_test,
+            lpips_test: seen.lpips_test,
+            ..self
+        }
     }
 }
 

@@ -112,6 +112,23 @@ impl Photo {
         Ok(Photo { size, lens, whole, view })
     }
 
+    /// The same photo for a view in the size of `camera`, which shows the same: of its height where
+    /// it has another aspect, and never larger than the photo.
+    pub fn in_size_of(&self, camera: &Camera) -> Photo {
+        let most = (self.whole.width, self.whole.height);
+        let wanted = (camera.width, camera.height);
+        let is_larger = wanted.0 > most.0 || wanted.1 > most.1;
+        let (width, height) = match !is_larger && fits(wanted, most) {
+            true => wanted,
+            false => {
+                let share = (f64::from(wanted.1) / f64::from(most.1)).min(1.0);
+                let side = |pixels: u32| ((share * f64::from(pixels)).round() as u32).max(1);
+                (side(most.0), side(most.1))
+            }
+        };
+        Photo { view: stretched(&self.whole, width, height), ..self.clone() }
+    }
+
     /// The reference image of the view. `photo` has the size that was given.
     pub fn reference(&self, photo: &Picture) -> Reference {
         debug_assert_eq!((photo.width, photo.height), self.size);

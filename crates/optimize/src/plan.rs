@@ -154,12 +154,18 @@ impl Plan {
         first.gate.quality.hvsq.map(Target::Hvsq)
     }
 
-    /// What a job must reach, given the quality that it has.
-    pub fn judge(&self, done: &[Outcome], job: &Job, quality: Quality) -> Option<Target> {
-        if matches!(job.role, Role::Dense | Role::HeldOut) {
+    /// What a model of a role at a place must reach, given the quality that it has.
+    pub fn judge(
+        &self,
+        done: &[Outcome],
+        role: Role,
+        place: Place,
+        quality: Quality,
+    ) -> Option<Target> {
+        if matches!(role, Role::Dense | Role::HeldOut) {
             return self.variants.first().map(|v| v.rule.target(quality));
         }
-        self.target_at(done, job.role.baseline(), job.place)
+        self.target_at(done, role.baseline(), place)
     }
 
     /// What the samples at a place say.

@@ -5,6 +5,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use powergs_base::picture::Picture;
 use powergs_core::run::RunError;
+use powergs_scene::Camera;
 
 /// A reference image in 16 bits a channel: half the room of floats, exact for 8-bit photos, and 96
 /// dB away from any other image in 0..1.
@@ -60,6 +61,18 @@ pub trait References: Send + Sync {
 
     /// A hash of all of them, in the order of the views.
     fn digest(&self) -> u128;
+
+    /// Adds, behind the last one, what a view looks like in the size of `camera`, which shows it:
+    /// photos have more pixels than models train with. Gives the view as that reference has it,
+    /// which is never larger than the photo. `None`: there is nothing but the reference that it
+    /// has.
+    ///
+    /// # Errors
+    /// [`RunError`]: it cannot be read or kept.
+    fn push_at(&mut self, view: usize, camera: &Camera) -> Result<Option<Camera>, RunError> {
+        let _ = (view, camera);
+        Ok(None)
+    }
 
     /// Fails if a reference could not be read since the beginning: what was made from it is
     /// worthless.

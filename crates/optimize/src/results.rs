@@ -11,8 +11,10 @@ pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
+use crate::counted::Counted;
 use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
+use crate::judged::JudgedSize;
 use crate::role::{Baseline, RoleKind};
 use crate::views::Priced;
 use powergs_frame::fovea::{LEVELS, REGIONS};
@@ -37,10 +39,14 @@ pub struct Results {
     pub scene: String,
     /// What models are compared with.
     pub reference: Reference,
-    /// Width of the views, pixels.
+    /// Width of the views that train, pixels.
     pub width_px: u32,
-    /// Height of the views, pixels.
+    /// Height of the views that train, pixels.
     pub height_px: u32,
+    /// The sizes of what trains and of what gates and tests; `None` in files of before, where both
+    /// were the same, whatever power was counted at.
+    #[serde(default)]
+    pub judged: Option<JudgedSize>,
     /// What power was counted over; `None` in files of before, where it was all views at their own
     /// size.
     #[serde(default)]
@@ -55,6 +61,10 @@ pub struct Results {
     pub missing_regions: Vec<String>,
     /// What counted the power: a machine, or `paper`.
     pub oracle: String,
+    /// By which counts, whether standby is in them, and how the panel was scaled; `None` in files
+    /// of before.
+    #[serde(default)]
+    pub counted: Option<Counted>,
     /// Frames shown per second.
     pub fps: f64,
     /// The panel.
@@ -284,6 +294,10 @@ pub struct FovealRecord {
     pub render_w: f64,
     /// The part of it that the colour filter takes, watts.
     pub filter_w: f64,
+    /// PSNR, SSIM, FLIP and LPIPS of level 1 on whole test views behind the colour filter; `null`
+    /// for methods without one.
+    #[serde(default)]
+    pub filtered: Option<FilteredRecord>,
     /// Frames a second of the simulated machine at full rate.
     pub fps: Option<f64>,
     /// HVSQ of each region of the shown frames; `null` for regions that no test view has.
@@ -294,7 +308,61 @@ pub struct FovealRecord {
     pub region_j: [f64; LEVELS],
 }
 
+/// How like their references views are, means.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FilteredRecord {
+    /// PSNR, decibels.
+    pub psnr_db: Option<f64>,
+    /// SSIM.
+    pub ssim: Option<f64>,
+    /// FLIP.
+    pub flip: Option<f64>,
+    /// LPIPS.
+    pub lpips: Option<f64>,
+}
+
 impl FovealRecord {
+    /// Whether its frames are shown through the colour filter, so that its models are judged by
+    /// nothing that is said of them.
+    fn is_filtered(&self) -> bool {
+        self.method == Method::RtgsD22
+    }
+
+    /// PSNR, SSIM, FLIP and LPIPS of level 1 on whole test views, as they are shown.
+    pub fn likeness(&self, results: &Results) -> FilteredRecord {
+        let nothing = FilteredRecord { psnr_db: None, ssim: None, flip: None, lpips: None };
+        match (self.is_filtered(), results.model(&self.jobs[0])) {
+            (true, _) => self.filtered.unwrap_or(nothing),
+            (false, Some(model)) => FilteredRecord {
+                psnr_db: model.test.psnr_db,
+                ssim: model.test.ssim,
+                flip: model.flip_test,
+                lpips: model.lpips_test,
+            },
+            (false, None) => nothing,
+        }
+    }
+
+    /// The state of each level; `None` where a target was reached or missed without the filter
+    /// that is shown.
+    pub fn shown_states(&self) -> [Option<LevelState>; LEVELS] {
+        self.states.map(|state| match state {
+            LevelState::Passed | LevelState::Missed => Some(state).filter(|_| !self.is_filtered()),
+            LevelState::Fallback | LevelState::NotShown => Some(state),
+        })
+    }
+
+    /// Levels of the periphery, from 1, whose search found nothing to prune: they have the
+    /// Gaussians of the level before, and a model of their own. Colours alone are never pruned.
+    pub fn unpruned(&self) -> Vec<usize> {
+        let is_pruned = !matches!(self.method, Method::FrDisplay);
+        let stays = |i: &usize| {
+            let is_own = self.states[*i] == LevelState::Passed;
+            is_own && is_pruned && self.gaussians[*i] == self.gaussians[*i - 1]
+        };
+        (1..LEVELS).filter(stays).map(|i| i + 1).collect()
+    }
+
     /// Display and rendering power, watts.
     pub fn total_w(&self) -> f64 {
         self.display_w + self.render_w
@@ -306,7 +374,7 @@ impl FovealRecord {
     pub fn level_hvsq(&self, results: &Results) -> [Option<f64>; LEVELS] {
         std::array::from_fn(|i| {
             let is_own = matches!(self.states[i], LevelState::Passed | LevelState::Missed);
-            let is_shown = self.filter_w == 0.0 && self.method != Method::RtgsD22;
+            let is_shown = self.filter_w == 0.0 && !self.is_filtered();
             let model = results.model(&self.jobs[i]).filter(|_| is_own && is_shown)?;
             model.test.hvsq
         })

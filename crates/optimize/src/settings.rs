@@ -30,6 +30,31 @@ impl Choice for Gate {
     ];
 }
 
+/// At which size views gate and test, where power is counted at another one than models train at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum GateSize {
+    /// That of the power: a model is as good as it is said to be where its watts are counted.
+    Priced,
+    /// That of the training.
+    Trained,
+}
+
+impl Choice for GateSize {
+    const ALL: &'static [(GateSize, &'static str, &'static str)] = &[
+        (
+            GateSize::Priced,
+            "priced",
+            "That of the power: watts and decibels are of the same images",
+        ),
+        (
+            GateSize::Trained,
+            "trained",
+            "That of the training, where looks are cheaper: it says little of the size that is \
+             shown",
+        ),
+    ];
+}
+
 /// How what there is above the target is spent on the display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Dimming {
@@ -327,6 +352,8 @@ settings! {
     checkpoint_every: u32 = 250, "Search", "checkpoint-every", "N", COUNT, Harmless;
     /// Views that decide whether a model passes; `test` as the published code does
     gate: Gate = Gate::Validation, "Views", "gate", "GATE", names::<Gate>();
+    /// Image size that models are judged at, by gate and test views
+    gate_size: GateSize = GateSize::Priced, "Views", "gate-size", "SIZE", names::<GateSize>();
 }
 
 impl Settings {

@@ -1,6 +1,7 @@
 //! Which views train, which gate, which test, which power is counted over; and the order in which
 //! views train.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -92,6 +93,22 @@ impl ViewSplit {
         self.validation.extend(made);
     }
 
+    /// Lets at most so many views gate and so many test, evenly spaced in their order. Those that
+    /// are left out do nothing.
+    pub(crate) fn sample(&mut self, most: usize) {
+        for list in [&mut self.validation, &mut self.test] {
+            let (n, taken) = (list.len(), list.len().min(most));
+            *list = (0..taken).map(|i| list[i * n / taken]).collect();
+        }
+    }
+
+    /// Lets other views gate and test in the place of those that `by` names.
+    pub(crate) fn judge_by(&mut self, by: &BTreeMap<usize, usize>) {
+        for view in self.validation.iter_mut().chain(&mut self.test) {
+            *view = by.get(view).copied().unwrap_or(*view);
+        }
+    }
+
     /// Lets the validation views train too. A model that was trained on them could not keep its
     /// quality there without them, whatever power is spent.
     pub fn validation_trains(mut self) -> ViewSplit {
@@ -99,6 +116,34 @@ impl ViewSplit {
         self.train.sort_unstable();
         self.train.dedup();
         self
+    }
+}
+
+/// How far views are from the nearest one that trains, world units, medians. Models are best where
+/// they train: of two that gate and test, those farther away come out lower.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrainingDistance {
+    /// Of the views that were made to gate.
+    pub made: f64,
+    /// Of the test views.
+    pub test: f64,
+}
+
+impl TrainingDistance {
+    /// Of a split of `cameras`; `None` where no views were made.
+    pub(crate) fn of(cameras: &[Camera], split: &ViewSplit) -> Option<TrainingDistance> {
+        let made = &split.validation[split.validation.len() - split.made..];
+        let nearest = |view: &usize| {
+            let here = cameras[*view].centre;
+            let far = split.train.iter().map(|train| here.distance(cameras[*train].centre));
+            far.fold(f64::INFINITY, f64::min)
+        };
+        let median = |views: &[usize]| {
+            let mut far: Vec<f64> = views.iter().map(nearest).collect();
+            far.sort_by(f64::total_cmp);
+            far.get(far.len() / 2).copied()
+        };
+        Some(TrainingDistance { made: median(made)?, test: median(&split.test)? })
     }
 }
 
@@ -214,13 +259,20 @@ impl PowerViews {
     }
 }
 
-fn area(camera: &Camera) -> u64 {
+/// Pixels of a view.
+pub(crate) fn area(camera: &Camera) -> u64 {
     u64::from(camera.width) * u64::from(camera.height)
 }
 
 /// Pixels of the largest view.
-fn pixels(cameras: &[Camera]) -> u64 {
+pub(crate) fn pixels(cameras: &[Camera]) -> u64 {
     cameras.iter().map(area).max().unwrap_or(0)
+}
+
+/// Width and height of the largest view, pixels.
+pub(crate) fn largest(cameras: &[Camera]) -> [u32; 2] {
+    let largest = cameras.iter().max_by_key(|camera| area(camera));
+    largest.map_or([0; 2], |camera| [camera.width, camera.height])
 }
 
 fn one() -> usize {

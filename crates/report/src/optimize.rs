@@ -12,12 +12,15 @@ mod summary;
 mod sweep;
 mod tables;
 
+use super::fit::MadeOptimum;
 use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::conclusion::Conclusion;
+use powergs_optimize::counted::Counted;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
+use powergs_optimize::judged::JudgedSize;
 use powergs_optimize::next_quality::{NextQuality, next_quality};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
@@ -27,7 +30,7 @@ use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::Iteration;
-use powergs_optimize::views::Priced;
+use powergs_optimize::views::{Priced, TrainingDistance};
 
 pub use course::Moment;
 use summary::short_of;
@@ -41,12 +44,16 @@ pub struct Story<'a> {
     pub name: String,
     /// What counted the power: a machine, or `paper`.
     pub oracle: String,
+    /// By which counts, whether standby is in them, and how the panel was scaled.
+    pub counted: Counted,
     /// The panel.
     pub display: String,
     /// Frames shown per second.
     pub fps: f64,
     /// What power was counted over.
     pub priced: Priced,
+    /// The sizes of what trains and of what gates and tests.
+    pub judged: JudgedSize,
     /// The outcomes of the quality of the run at level 1, in order.
     pub done: &'a [Outcome],
     /// The outcomes of all qualities and levels, in order.
@@ -64,6 +71,8 @@ pub struct Story<'a> {
     pub views: (usize, usize),
     /// Gate views of these that were made between the others.
     pub made: usize,
+    /// How far these and the test views are from those that train.
+    pub distance: Option<TrainingDistance>,
     /// The views in which the result lost most.
     pub lost: &'a [LostRecord],
     /// Iterations of a sample that were asked for, at most.
@@ -121,9 +130,11 @@ impl<'a> Story<'a> {
         Story {
             name: campaign.name.clone(),
             oracle: campaign.oracle.name(),
+            counted: campaign.counted,
             display: campaign.display.name.clone(),
             fps: campaign.oracle.fps(),
             priced: campaign.priced.clone(),
+            judged: campaign.judged,
             done,
             all: &finished.outcomes,
             grades: Grade::all(campaign, &finished.outcomes),
@@ -132,6 +143,7 @@ impl<'a> Story<'a> {
             asked: asked(campaign),
             views: (campaign.gate_views(), campaign.split.test.len()),
             made: campaign.split.made,
+            distance: campaign.training_distance(),
             lost: &finished.results.lost,
             iterations: campaign.settings.iterations,
             conclusion: &finished.conclusion,
@@ -177,7 +189,14 @@ fn course(finished: &Finished) -> Vec<Moment> {
 impl Story<'_> {
     fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
         let what = format!("{}; {what}", self.priced);
-        Chart::new(name, title, subtitle(&self.name, &self.oracle, self.fps, &what))
+        let subtitle = subtitle(&self.name, &self.oracle, self.fps, &what);
+        Chart::new(name, title, subtitle).note(power_note(&self.counted, &self.oracle))
+    }
+
+    /// How the watts are counted, in a sentence without an end.
+    fn counted(&self) -> String {
+        let by = self.counted.by_what(&shortened(&self.oracle, 24));
+        format!("{by}; {}", self.counted.panel(&self.display))
     }
 
     /// By how many decibels the test views, which chose nothing, are below what was asked for;
@@ -213,6 +232,17 @@ impl Story<'_> {
     }
 }
 
+/// What stands under a chart with watts: those of another count are others.
+fn power_note(counted: &Counted, oracle: &str) -> String {
+    let by = counted.by_what(&shortened(oracle, 24));
+    match counted.display_ratio {
+        None => format!("Power by {by}; the panel as it is."),
+        Some(ratio) => {
+            format!("Power by {by}; the panel scaled to a display-to-render ratio of {ratio}.")
+        }
+    }
+}
+
 /// A line about a scene, what counts its power, and frames shown per second.
 fn subtitle(scene: &str, oracle: &str, fps: f64, what: &str) -> String {
     let scene = shortened(scene, 24);
@@ -237,12 +267,16 @@ pub fn charts(story: &Story<'_>) -> Vec<Chart> {
     charts.into_iter().flatten().collect()
 }
 
-/// D and R with their fits, and the total with its optimum.
+/// D and R with their fits, and the total with its minimum and the model that was made there.
 fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
     let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
     let name = format!("{} over {}", shortened(&story.name, 16), story.priced);
-    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &name, &passed) })
+    let made = story.of_role(Role::Optimum);
+    let made = made.map(|o| MadeOptimum { rho: o.rho, total_w: o.watts.total_w() });
+    let note = power_note(&story.counted, &story.oracle);
+    let chart = super::fit::chart_of(fit, &name, &passed, made);
+    Some(Chart { name: "curves", ..chart }.note(note))
 }
 
 /// The colour of a model in every chart.
@@ -268,8 +302,24 @@ const ITSELF: f64 = 100.0;
 impl Story<'_> {
     /// The name of a model in all charts and tables; that of the result says so.
     fn label(&self, outcome: &Outcome) -> String {
-        let name = shortened(&outcome.name, 18);
+        let name = shortened(&outcome.name, 24);
         if self.is_result(outcome) { format!("result ({name})") } else { name }
+    }
+
+    /// Whether a model reaches the target of the run over the gate views. The dense model and the
+    /// one that shares are shares of are measured before there is a target.
+    fn passed(&self, outcome: &Outcome) -> bool {
+        match outcome.role {
+            Role::Dense | Role::HeldOut => {
+                let target = self.target.map(Target::Likeness);
+                target.is_some_and(|target| target.passes(outcome.gate.quality))
+            }
+            Role::Sample
+            | Role::Optimum
+            | Role::Baseline(_)
+            | Role::External(_)
+            | Role::Sweep(_) => outcome.passed,
+        }
     }
 
     fn is_result(&self, outcome: &Outcome) -> bool {

@@ -14,7 +14,7 @@ pub fn run(codesign: &Codesign, context: &Context) -> Result<Exit, Failure> {
     let campaign = &codesign.campaign;
     let models = codesign.models.len() as u64;
     let machines = codesign.machines_most().map_err(CodesignError::from)?;
-    let views = campaign.cameras.len() as u64;
+    let views = campaign.given.count as u64;
     let iterations = u64::from(codesign.iterations);
     // The dense model is not fine-tuned.
     let tuned = models - 1;

@@ -35,7 +35,7 @@ pub fn run_toml(codesign: &Codesign, space: &Space) -> Result<String, Failure> {
     let count = |n: usize| toml::Value::Integer(i64::try_from(n).unwrap_or(i64::MAX));
     set("model", campaign.name.clone().into());
     set("gaussians", count(campaign.dense.len()));
-    set("views", count(campaign.cameras.len()));
+    set("views", count(campaign.given.count));
     set("width-px", i64::from(camera.width).into());
     set("height-px", i64::from(camera.height).into());
     set("models", count(codesign.models.len()));

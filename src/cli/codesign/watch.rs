@@ -46,7 +46,7 @@ impl<'a> Watched<'a> {
             "{} models of {} Gaussians, {} views; {} of them decide, {} are only reported",
             codesign.models.len() - 1,
             campaign.dense.len(),
-            campaign.cameras.len(),
+            campaign.given.count,
             campaign.gate_views(),
             campaign.split.test.len()
         );

@@ -13,6 +13,8 @@ use powergs_report::format::{counted, engineering, significant, time, wrapped};
 
 /// Jobs that are named.
 const NAMED: usize = 12;
+/// Power views that are proposed where there are many.
+const FEW: usize = 8;
 /// A share of the time that is worth a word.
 const MUCH: f64 = 0.25;
 
@@ -68,10 +70,11 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
         (
             "Views",
             format!(
-                "{} train, {} decide, {} are only reported",
+                "{} train, {} decide, {} are only reported{}",
                 split.train.len(),
                 campaign.gate_views(),
-                split.test.len()
+                split.test.len(),
+                campaign.judged.note().map_or(String::new(), |note| format!("; {note}"))
             ),
         ),
         ("Power", format!("over {}", campaign.priced)),
@@ -120,10 +123,20 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
     if seen.time.models_s > MUCH * seen.time.total_s() {
         page.paragraph(format!(
             "What is measured of finished models is much of it: their power is simulated over {}. \
-             --power-views 8 asks for fewer, --power-size for smaller ones; --set \
-             dram.model=bandwidth --energy gscore-28nm-flat is a cheaper memory.",
-            campaign.priced
+             {}--power-size asks for smaller ones; --set dram.model=bandwidth --energy \
+             gscore-28nm-flat is a cheaper memory.",
+            campaign.priced,
+            fewer(campaign)
         ));
     }
     page
+}
+
+/// How to count power over fewer views, where there are many.
+fn fewer(campaign: &Campaign) -> String {
+    let half = campaign.priced.views / 2;
+    match half {
+        0 | 1 => String::new(),
+        half => format!("--power-views {} asks for fewer, ", half.min(FEW)),
+    }
 }

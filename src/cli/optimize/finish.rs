@@ -26,7 +26,8 @@ pub fn finish(
     // The report of level 1 is the same with and without levels beyond it.
     let done = &finished.first();
     folder.write("samples.csv", samples_csv(done, &finished.conclusion))?;
-    folder.write("models.csv", models_csv(done))?;
+    let story = Story::of(campaign, finished, done);
+    folder.write("models.csv", models_csv(&story))?;
     if !finished.ratios.is_empty() {
         folder.write("ratios.csv", ratios_csv(&finished.ratios))?;
     }
@@ -43,7 +44,6 @@ pub fn finish(
         folder.stream("fr.bin", |w| campaign.write_foveated_trace(model, w))?;
     }
     folder.write(FILE, finished.results.to_json())?;
-    let story = Story::of(campaign, finished, done);
     let drawn = charts(&story);
     folder.draw(&drawn, &context.drawing)?;
     let mut page = document(&story, &drawn);

@@ -1,6 +1,6 @@
 //! Everything that a run reads, opened.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::super::camera_file::{CameraArgs, Views};
 use super::super::inputs;
@@ -9,6 +9,7 @@ use super::super::progress::Progress;
 use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, lpips_file, out, scene_file, sight};
+use super::photo_references::{PhotoFile, PhotoReferences};
 use super::photos::PhotoFolder;
 use super::{KeepArg, OptimizeArgs, PowerArgs, demo, photos};
 use powergs_frame::fovea::Screen;
@@ -61,7 +62,7 @@ pub fn request(
             images.push(photos::reference(file, photo, background)?)?;
             progress.advance(1);
         }
-        ReferenceImages::Photos(Box::new(images))
+        ReferenceImages::Photos(Box::new(PhotoReferences { images, photos, background }))
     };
     Ok(Request {
         name,
@@ -110,9 +111,6 @@ fn externals(args: &OptimizeArgs, context: &Context) -> Result<Vec<(String, Gaus
     }
     Ok(externals)
 }
-
-/// A photo and its file.
-type PhotoFile = (PathBuf, Photo);
 
 /// The views of a run.
 struct InputSeen {

@@ -64,6 +64,8 @@ fn views(campaign: &Campaign) -> Value {
         ("reference", if campaign.references.is_own() { "self" } else { "images" }.into()),
         ("width-px", i64::from(camera.width).into()),
         ("height-px", i64::from(camera.height).into()),
+        ("judged-width-px", i64::from(campaign.judged.judged[0]).into()),
+        ("judged-height-px", i64::from(campaign.judged.judged[1]).into()),
         ("background", Value::Array(background.to_vec())),
         ("train", names(campaign, &campaign.split.train)),
         ("validation", names(campaign, &campaign.split.validation)),
@@ -75,6 +77,7 @@ fn views(campaign: &Campaign) -> Value {
 fn power(campaign: &Campaign) -> Value {
     table([
         ("oracle", campaign.oracle.name().into()),
+        ("standby", campaign.counted.has_standby.into()),
         ("display", campaign.display.name.clone().into()),
         ("display-scale", campaign.display.scale.into()),
         ("display-fps", campaign.oracle.fps().into()),

@@ -79,8 +79,10 @@ impl TrainingCost {
         finished: &Finished,
     ) -> Result<Option<TrainingCost>, Failure> {
         let Some(model) = &finished.model else { return Ok(None) };
-        let every = campaign.cameras.len().div_ceil(VIEWS).max(1);
-        let cameras = campaign.cameras.iter().step_by(every).cloned().collect();
+        // Views that gate may have more pixels than a step works on.
+        let cameras = &campaign.cameras[..campaign.given.count];
+        let every = cameras.len().div_ceil(VIEWS).max(1);
+        let cameras = cameras.iter().step_by(every).cloned().collect();
         let mut frames = rendered(&campaign.name, Arc::new(model.clone()), cameras);
         let reports =
             Session::new(&mut *frames, &()).reports(std::slice::from_ref(trainer))?.remove(0);

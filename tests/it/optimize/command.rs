@@ -449,7 +449,7 @@ fn lpips_has_a_column_with_weights_only_and_belongs_to_the_run() {
     fails(folder.path(), &and(&missing), Exit::BadInput, "none");
     // Too small for the pools: known before anything runs.
     fs::remove_dir_all(&path).unwrap();
-    let small = ["--lpips-weights", "@/one", "--size", "40x30"];
+    let small = ["--lpips-weights", "@/one", "--size", "40x30", "--power-size", "40x30"];
     fails(folder.path(), &and(&small), Exit::BadInput, "sides of 31");
     assert!(!path.exists());
 }

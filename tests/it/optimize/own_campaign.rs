@@ -35,9 +35,11 @@ fn labels_cover_nothing(finished: &Finished) {
     let story = Story {
         name: "room".into(),
         oracle: "gscore".into(),
+        counted: finished.results.counted.expect("it says so"),
         display: "oled-powergs".into(),
         fps: 60.0,
         priced: finished.results.priced.clone().expect("it says so"),
+        judged: finished.results.judged.expect("it says so"),
         done: &finished.outcomes,
         all: &finished.outcomes,
         grades: vec![Grade {
@@ -52,6 +54,7 @@ fn labels_cover_nothing(finished: &Finished) {
         asked: "35 dB".into(),
         views: (3, 3),
         made: 0,
+        distance: None,
         lost: &finished.results.lost,
         iterations: 100,
         conclusion: &finished.conclusion,
@@ -63,5 +66,8 @@ fn labels_cover_nothing(finished: &Finished) {
     assert!(drawn.len() > 3, "{} charts", drawn.len());
     for chart in &drawn {
         assert_eq!(covered(chart), Vec::<String>::new());
+        let notes: Vec<&str> = chart.notes.iter().flatten().map(|note| &*note.text).collect();
+        let says = "Power by the published closed form, without standby; the panel scaled to";
+        assert!(notes.iter().any(|note| note.starts_with(says)), "{}: {notes:?}", chart.name);
     }
 }

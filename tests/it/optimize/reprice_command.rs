@@ -55,10 +55,11 @@ fn a_run_is_priced_anew_without_training() {
     // With the power of before, the numbers of before.
     let (code, said) = reprice(folder, "same", &[]);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("left out: ") && said.contains("lightgs-66, lightgs-76"), "{said}");
+    assert!(!said.contains("left out: "), "{said}");
     assert!(said.contains("no model was trained"), "{said}");
     let same = results(folder, "same");
     assert_eq!(curve(&same).len(), curve(&first).len());
+    assert_eq!(same.models.len(), first.models.len(), "comparisons among them");
     for (a, b) in curve(&same).into_iter().zip(curve(&first)) {
         assert_eq!(
             (a.display_w, a.render_w, a.rho),
@@ -92,17 +93,19 @@ fn a_run_is_priced_anew_without_training() {
         assert!(folder.join("other").join(name).is_file(), "{name}");
     }
 
-    // At another size, by either name; quality is what it was.
+    // At another size, by either name; quality is what it is there.
     for flag in ["--size", "--power-size"] {
         let to = flag.trim_start_matches('-');
         let (code, said) = reprice(folder, to, &[flag, "96x72", "--power-views", "2"]);
-        assert_eq!(code, Some(0), "{said}");
-        let summary = fs::read_to_string(folder.join(to).join("summary.md")).unwrap();
-        assert!(summary.contains("saved over 2 of 8 views of 96x72"), "{summary}");
         let large = results(folder, to);
+        // Models that were on the target may miss it there.
+        let has_result = large.variants[0].result.is_some();
+        assert_eq!(code, Some(if has_result { 0 } else { 1 }), "{said}");
+        let summary = fs::read_to_string(folder.join(to).join("summary.md")).unwrap();
+        assert!(summary.contains("FPS over 2 of 8 views of 96x72"), "{summary}");
+        assert!(said.contains("quality was measured anew at 96x72"), "{said}");
         for (a, b) in curve(&large).into_iter().zip(curve(&first)) {
-            // The panel is scaled to the rendering of that size.
-            assert_eq!((a.gate.psnr_db, a.gate.ssim), (b.gate.psnr_db, b.gate.ssim), "{}", b.name);
+            assert_ne!(a.gate.psnr_db, b.gate.psnr_db, "{}", b.name);
         }
         assert!(large.dense().unwrap().render_w > first.dense().unwrap().render_w);
     }
@@ -117,7 +120,6 @@ fn a_run_is_priced_anew_without_training() {
     assert_eq!(code, Some(0), "{said}");
     let made = results(folder, "made");
     assert_eq!(made.model("optimum").map(|m| m.iterations > 0), Some(true));
-    assert!(made.model("lightgs-66").is_none(), "nothing else is trained");
     let two_stage = |results: &Results| results.model("two-stage").map(|m| m.gate.psnr_db);
     assert!(two_stage(&made) == two_stage(&other), "nor is what was left");
 }

@@ -77,21 +77,35 @@ impl Campaign {
     }
 
     /// A hash of everything that the models of a run and their quality depend on, but for what
-    /// power is and what they are compared with: where it agrees, models can be priced anew.
+    /// power is and what they are compared with.
     pub fn inputs(&self) -> u128 {
+        let mut hash = Hash(Xxh3::new());
+        hash.add(&self.sources());
+        hash.add(&self.split);
+        hash.add_cameras(&self.cameras);
+        hash.add(&self.references.images().digest());
+        hash.0.digest128()
+    }
+
+    /// The same but for the size in which quality is measured, which is that of the power: where
+    /// it agrees, models can be priced anew.
+    pub fn sources(&self) -> u128 {
         let Campaign {
             name,
             dense,
             externals,
             cameras,
-            references,
+            references: _,
             background,
-            split,
+            split: _,
+            given,
+            judged: _,
             power_views: _,
             priced: _,
             renderer,
             oracle: _,
             display: _,
+            counted: _,
             settings,
             plan,
             ratio_study: _,
@@ -104,15 +118,14 @@ impl Campaign {
         // When checkpoints are written changes no number.
         hash.add(&Settings { checkpoint_every: 0, ..settings.clone() });
         hash.add(&(&plan.variants, plan.holds_out, plan.levels));
-        hash.add(&(background, split, references.is_own()));
+        hash.add(&(background, &given.split, given.photos));
         if let Some(Foveation { screen, .. }) = foveation {
             hash.add(&(screen.fov_deg, screen.pooling_rate));
         }
         hash.add(&lpips.as_ref().map(|(_, file)| file));
-        hash.add_cameras(cameras);
+        hash.add_cameras(&cameras[..given.count]);
         hash.add_scene(dense);
         externals.iter().for_each(|(_, scene)| hash.add_scene(scene));
-        hash.add(&references.images().digest());
         hash.0.digest128()
     }
 }

@@ -74,7 +74,9 @@ impl Run<'_> {
                 None => Some(Tuned { model: self.untuned(&job), training: None }),
             };
             let Some(Tuned { model, training }) = done else { return Ok(Stop::Cancelled) };
-            let judge = |quality| campaign.plan.judge(&self.progress.outcomes, &job, quality);
+            let judge = |quality| {
+                campaign.plan.judge(&self.progress.outcomes, job.role, job.place, quality)
+            };
             let began = watch.seconds();
             let outcome = Outcome::measured(&setup, &job, &model, training, judge);
             times.models_s += watch.seconds() - began;

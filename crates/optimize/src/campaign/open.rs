@@ -1,20 +1,17 @@
 //! From a request to a campaign: checks, reference images, the split of the views, the panel.
 
-use powergs_base::picture::Picture;
 use powergs_base::quantity::Watts;
-use powergs_core::run::RunError;
-use powergs_frame::display::Display;
-use powergs_scene::{Camera, Gaussians};
+use powergs_scene::Camera;
 
-use super::{Campaign, CampaignError};
-use crate::between::between;
+use super::collect::Collected;
+use super::{Campaign, CampaignError, GivenViews};
+use crate::counted::Counted;
 use crate::foveated::levels_shown;
 use crate::invalid::{Invalid, in_range};
-use crate::references::{Reference, ReferenceImages};
-use crate::renderer::Renderer;
+use crate::judged::{JudgedSize, in_priced_size};
 use crate::request::Request;
-use crate::settings::Gate;
-use crate::views::split;
+use crate::settings::{Gate, GateSize};
+use crate::views::{largest, split};
 use crate::watch::CampaignWatch;
 
 /// As many views are named in a warning.
@@ -31,7 +28,7 @@ impl Campaign {
     /// # Panics
     /// Without cameras.
     pub fn open(request: Request, watch: &dyn CampaignWatch) -> Result<Campaign, CampaignError> {
-        let Request { goals, settings, mut cameras, mut references, background, .. } = request;
+        let Request { goals, settings, cameras, references, background, .. } = request;
         settings.check()?;
         request.oracle.check()?;
         let names: Vec<String> = request.externals.iter().map(|(name, _)| name.clone()).collect();
@@ -41,44 +38,70 @@ impl Campaign {
         if let Some(ratio) = request.display_ratio {
             in_range("display_ratio", ratio, 0.001, 1000.0)?;
         }
-        let model = (&*request.renderer, &request.dense, background);
         if request.foveation.is_some() && !request.power_cameras.have_sizes_of(&cameras) {
             return Err(Invalid::LevelsAtOtherSize.into());
         }
-        let seen = look(model, &cameras, &mut references, watch)?;
-        let unseen = cameras.iter().zip(&seen).filter(|(_, shown)| **shown == 0);
+        let mut views = Collected {
+            renderer: &*request.renderer,
+            dense: &request.dense,
+            background,
+            watch,
+            cameras,
+            references,
+            seen: Vec::new(),
+        };
+        views.look()?;
+        let unseen = views.cameras.iter().zip(&views.seen).filter(|(_, shown)| **shown == 0);
         let unseen: Vec<&str> = unseen.map(|(camera, _)| camera.name.as_str()).collect();
-        if unseen.len() == cameras.len() {
+        if unseen.len() == views.cameras.len() {
             return Err(CampaignError::NothingSeen);
         }
         if !unseen.is_empty() {
             let (n, names) = (unseen.len(), unseen[..unseen.len().min(NAMED)].join(", "));
             let more = if n > NAMED { ", …" } else { "" };
-            let all = cameras.len();
+            let all = views.cameras.len();
             watch.warn(&format!("{n} of {all} views see nothing of the model: {names}{more}"));
         }
-        let mut split = split(&cameras, request.validation_every);
+        let mut split = split(&views.cameras, request.validation_every);
         // Views that do not gate have no reason not to train.
         let trains = goals.train_on_validation || settings.gate == Gate::Test;
         if trains {
             split = split.validation_trains();
         }
         split.notes.iter().for_each(|note| watch.note(note));
+        // Before views are added below, which gate or test and count for nothing else.
+        let (power_views, priced) = request.power_views.of(
+            &views.cameras,
+            &split,
+            &request.power_cameras,
+            request.full_size,
+        )?;
+        let given = GivenViews {
+            count: views.cameras.len(),
+            split: split.clone(),
+            photos: (!is_own).then(|| views.references.images().digest()),
+        };
+        let all = largest(&views.cameras);
+        // Levels of the periphery are for the size that they are trained at.
+        let in_priced_size = in_priced_size(&views.cameras, &request.power_cameras, &priced)
+            .filter(|_| request.foveation.is_none());
+        let is_priced = in_priced_size.is_none();
+        let mut judged = JudgedSize { trained: all, judged: all, is_priced };
+        let as_judged = in_priced_size.filter(|_| settings.gate_size == GateSize::Priced);
+        if let Some(as_judged) = &as_judged {
+            judged = views.judge(&mut split, settings.gate, as_judged)?;
+        }
         for &view in request.lpips.iter().flat_map(|_| &split.test) {
-            let Camera { name, width, height, .. } = &cameras[view];
+            let Camera { name, width, height, .. } = &views.cameras[view];
             let checked =
                 request.lpips.as_ref().map_or(Ok(()), |l| l.0.check_size(*width, *height));
             checked.map_err(|error| CampaignError::Lpips { view: name.clone(), error })?;
         }
-        // Before views are made below, which gate and count for nothing else.
-        let (power_views, priced) =
-            request.power_views.of(&cameras, &split, &request.power_cameras, request.full_size)?;
         if settings.gate == Gate::Validation && request.foveation.is_none() {
             let missing = request.least_gate.saturating_sub(split.validation.len());
-            let first = cameras.len();
-            make_views(model, (&mut cameras, &mut references), &seen, missing)?;
-            split.also_validate(first..cameras.len());
+            split.also_validate(views.make(as_judged.as_deref(), missing)?);
         }
+        let Collected { cameras, references, .. } = views;
         let shown = request.foveation.as_ref().map(|f| levels_shown(f.screen, &power_views));
         // Once more, now that it is known how many levels the views show.
         let plan = goals.plan(settings.gate, is_own, &names, shown.unwrap_or(1))?;
@@ -90,9 +113,12 @@ impl Campaign {
             references,
             background,
             split,
+            given,
+            judged,
             power_views,
             priced,
             renderer: request.renderer,
+            counted: Counted::by(request.oracle.counts()),
             oracle: request.oracle,
             display: request.display,
             settings,
@@ -103,70 +129,25 @@ impl Campaign {
             keep_all: request.keep_all,
         };
         if let Some(ratio) = request.display_ratio {
-            campaign.display = campaign.scaled(ratio)?;
+            let factor = campaign.display_factor(ratio)?;
+            let display = &mut campaign.display;
+            display.scale *= factor;
+            display.static_power = Watts(display.static_power.0 * factor);
+            campaign.counted.display_ratio = Some(ratio);
+            campaign.counted.display_factor = factor;
         }
         Ok(campaign)
     }
 
-    /// The panel at which the dense model's display power is `ratio` times its rendering power.
-    fn scaled(&self, ratio: f64) -> Result<Display, CampaignError> {
+    /// The factor on the power of the panel at which the dense model's display power is `ratio`
+    /// times its rendering power.
+    fn display_factor(&self, ratio: f64) -> Result<f64, CampaignError> {
         let watts = self.setup().watts(&self.dense);
         let what = || "the dense model".to_owned();
         let watts = watts.map_err(|error| CampaignError::Sim { what: what(), error })?;
         if watts.display_w <= 0.0 {
             return Err(CampaignError::NoDisplayPower);
         }
-        let factor = ratio * watts.render_w / watts.display_w;
-        let display = self.display.clone();
-        let static_power = Watts(display.static_power.0 * factor);
-        Ok(Display { scale: display.scale * factor, static_power, ..display })
+        Ok(ratio * watts.render_w / watts.display_w)
     }
-}
-
-/// Looks at the dense model from every camera: how many pixels it shows anything in. Where
-/// references are its own renders, this is where they are made.
-fn look(
-    (renderer, dense, background): (&dyn Renderer, &Gaussians, [f32; 3]),
-    cameras: &[Camera],
-    references: &mut ReferenceImages,
-    watch: &dyn CampaignWatch,
-) -> Result<Vec<usize>, RunError> {
-    if references.is_own() {
-        watch.rendering(cameras.len() as u64);
-    }
-    let mut look = |camera: &Camera| {
-        let picture = renderer.look(dense, camera, background);
-        if let ReferenceImages::OwnRenders(sink) = references {
-            sink.push(Reference::new(&picture))?;
-            watch.rendered();
-        }
-        Ok(shown(&picture, background))
-    };
-    cameras.iter().map(&mut look).collect()
-}
-
-/// Pixels that show something.
-fn shown(picture: &Picture, background: [f32; 3]) -> usize {
-    picture.pixels.iter().filter(|pixel| **pixel != background).count()
-}
-
-/// Where references are the dense model's own renders: `missing` views between `cameras`, which are
-/// added to them, with their references. `seen` says how many pixels show something in each. A view
-/// that shows less than half of what its neighbours do is somewhere else, and left out: inside of
-/// things, or beside them.
-fn make_views(
-    (renderer, dense, background): (&dyn Renderer, &Gaussians, [f32; 3]),
-    (cameras, references): (&mut Vec<Camera>, &mut ReferenceImages),
-    seen: &[usize],
-    missing: usize,
-) -> Result<(), RunError> {
-    let ReferenceImages::OwnRenders(sink) = references else { return Ok(()) };
-    for (camera, [a, b]) in between(cameras, missing) {
-        let picture = renderer.look(dense, &camera, background);
-        if 2 * shown(&picture, background) >= seen[a].min(seen[b]).max(1) {
-            sink.push(Reference::new(&picture))?;
-            cameras.push(camera);
-        }
-    }
-    Ok(())
 }

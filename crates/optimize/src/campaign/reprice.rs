@@ -1,6 +1,6 @@
-//! The models of a finished run on another machine, panel or display rate. Samples reach the
-//! target, whatever power is, so nothing is trained: they are measured anew, and the search goes on
-//! from there.
+//! The models of a finished run on another machine, panel, display rate or in another size. Nothing
+//! is trained: they are measured anew, and the search goes on from there. In the same size samples
+//! reach the target, whatever power is; in another one their quality is measured there, too.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,14 +24,25 @@ const FORMAT: &str = "powergs-sim-run";
 /// Models that are named in a note.
 const NAMED: usize = 5;
 
+/// A run whose models can be priced here.
+struct RepriceSource {
+    fingerprint: u128,
+    /// Whether its models were judged in the views that judge here.
+    is_judged_alike: bool,
+}
+
 /// What a run says of itself.
 #[derive(Debug, Serialize, Deserialize)]
 struct RepriceMark {
     format: String,
     tool_version: String,
     model_version: u32,
-    /// A hash of everything that the models depend on, but for what power is.
+    /// A hash of everything that the models depend on, but for what power is and the size in which
+    /// quality is measured.
     inputs: String,
+    /// The same with that size; empty in runs of before.
+    #[serde(default)]
+    judged: String,
     /// A hash of everything that the numbers depend on.
     fingerprint: String,
 }
@@ -43,7 +54,8 @@ impl Campaign {
             format: FORMAT.into(),
             tool_version: TOOL_VERSION.into(),
             model_version: MODEL_VERSION,
-            inputs: format!("{:032x}", self.inputs()),
+            inputs: format!("{:032x}", self.sources()),
+            judged: format!("{:032x}", self.inputs()),
             fingerprint: format!("{:032x}", self.fingerprint()),
         };
         let text = serde_json::to_string_pretty(&mark).expect("text and a number");
@@ -56,7 +68,7 @@ impl Campaign {
     /// # Errors
     /// Those of [`Campaign::reprice`] that `from` is to blame for.
     pub fn can_reprice(&self, from: &dyn Store) -> Result<(), CampaignError> {
-        let other = Checkpoints::new(from, self.fingerprint_in(from)?);
+        let other = Checkpoints::new(from, self.source_in(from)?.fingerprint);
         let finished = other.load()?.ok_or_else(|| no_run(from))?.outcomes;
         for outcome in finished.iter().filter(|outcome| outcome.role != Role::Dense) {
             if other.has_model(&outcome.name)? {
@@ -72,12 +84,13 @@ impl Campaign {
     }
 
     /// Begins a run in `to` with the models of a finished one in `from`, which differs in what
-    /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
-    /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
-    /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`]
-    /// makes what the search wants next: a few samples around the new minimum, the optimum there,
-    /// and the levels of the periphery, which are parts of the model of level 1. Without, levels
-    /// stay where theirs is still the one that takes least. `None`: cancelled.
+    /// power is at most: machine, panel, display rate, size. They are measured as this campaign
+    /// measures, their quality where that is in another size than before. Models that were not kept
+    /// are left out of the plan. Where `to` has that run already, it goes on. [`Run::priced`]
+    /// reports them. Where `makes` says so, [`Run::work`] makes what the search wants next: a few
+    /// samples around the new minimum, the optimum there, and the levels of the periphery, which
+    /// are parts of the model of level 1. Without, levels stay where theirs is still the one that
+    /// takes least. `None`: cancelled.
     ///
     /// # Errors
     /// [`RunError::Input`]: no run in `from`, one of another version or of other inputs, a damaged
@@ -89,11 +102,12 @@ impl Campaign {
         makes: bool,
         watch: &dyn CampaignWatch,
     ) -> Result<Option<Run<'a>>, CampaignError> {
-        let other = Checkpoints::new(from, self.fingerprint_in(from)?);
+        let source = self.source_in(from)?;
+        let other = Checkpoints::new(from, source.fingerprint);
         let finished = other.load()?.ok_or_else(|| no_run(from))?.outcomes;
         let mut kept = Vec::new();
         for outcome in &finished {
-            kept.push(outcome.role == Role::Dense || other.has_model(&outcome.name)?);
+            kept.push(self.brought(outcome.role).is_some() || other.has_model(&outcome.name)?);
         }
         let lost: Vec<&str> = finished
             .iter()
@@ -122,7 +136,6 @@ impl Campaign {
             self.plan.reference = Some((outcome.gate.quality, outcome.test.quality));
             self.plan.holds_out = false;
         }
-        self.plan.externals.clear();
         self.plan.sweep_weights.clear();
         let run = match Checkpoints::new(to, self.fingerprint()).load()? {
             // Outcomes are written once all models are: where one is, the models are whole.
@@ -138,12 +151,18 @@ impl Campaign {
             if watch.is_cancelled() {
                 return Ok(None);
             }
-            let stored = match outcome.role {
-                Role::Dense => None,
-                _ => Some(other.load_model(&outcome.name)?.scene),
+            let stored = match self.brought(outcome.role) {
+                Some(_) => None,
+                None => Some(other.load_model(&outcome.name)?.scene),
             };
-            let scene = stored.as_ref().unwrap_or(&self.dense);
-            let priced = priced(&setup, outcome, finished.first().zip(outcomes.first()), scene)?;
+            let scene = stored.as_ref().or(self.brought(outcome.role)).unwrap_or(&self.dense);
+            let dense = finished.first().zip(outcomes.first());
+            let mut priced = priced(&setup, outcome, dense, scene)?;
+            if !source.is_judged_alike {
+                let (role, place) = (priced.role, priced.place);
+                let judge = |quality| self.plan.judge(&outcomes, role, place, quality);
+                priced = priced.judged_anew(&setup, scene, judge);
+            }
             outcomes.push(renamed(priced));
             before.push(outcome);
         }
@@ -154,12 +173,15 @@ impl Campaign {
                  before, and left out; --realise makes new ones",
             );
         }
+        if !source.is_judged_alike {
+            watch.note(&self.judged_note(&before, &outcomes));
+        }
         let mut progress = Progress::default();
         for (place, (outcome, old)) in outcomes.into_iter().zip(before).enumerate() {
             if gone.contains(&place) {
                 continue;
             }
-            if outcome.role != Role::Dense {
+            if self.brought(outcome.role).is_none() {
                 let scene = other.load_model(&old.name)?.scene;
                 run.checkpoints.save_scene(&outcome.name, &scene)?;
             }
@@ -168,6 +190,29 @@ impl Campaign {
         }
         run.checkpoints.save(&progress.outcomes, &progress.history, None)?;
         Ok(Some(Run { progress, ..run }))
+    }
+
+    /// The model of a role that the user brought: no run keeps it.
+    fn brought(&self, role: Role) -> Option<&Gaussians> {
+        match role {
+            Role::Dense => Some(&self.dense),
+            Role::External(position) => self.externals.get(position).map(|(_, scene)| scene),
+            Role::HeldOut | Role::Sample | Role::Optimum | Role::Baseline(_) | Role::Sweep(_) => {
+                None
+            }
+        }
+    }
+
+    /// What another size makes of models that had reached their targets.
+    fn judged_note(&self, before: &[&Outcome], now: &[Outcome]) -> String {
+        let is_made = |o: &Outcome| !matches!(o.role, Role::Dense | Role::HeldOut);
+        let passed = || before.iter().zip(now).filter(|(was, _)| was.passed && is_made(was));
+        let (all, missed) = (passed().count(), passed().filter(|(_, is)| !is.passed).count());
+        let [width, height] = self.judged.judged;
+        format!(
+            "quality was measured anew at {width}x{height}: of {all} models that had reached \
+             their target, {missed} miss it there"
+        )
     }
 
     /// The places of our levels that are parts of a model which does not stand for the level before
@@ -193,8 +238,8 @@ impl Campaign {
         stale
     }
 
-    /// The fingerprint of the run in a store, which has the inputs of this campaign.
-    fn fingerprint_in(&self, from: &dyn Store) -> Result<u128, RunError> {
+    /// What is to know of the run in a store, which has the inputs of this campaign.
+    fn source_in(&self, from: &dyn Store) -> Result<RepriceSource, RunError> {
         let text = from.read_text(MARK)?.ok_or_else(|| no_run(from))?;
         let wrong = |message: String| RunError::Input { place: from.place(""), message };
         let damaged = || {
@@ -213,14 +258,16 @@ impl Campaign {
                 mark.tool_version, mark.model_version
             )));
         }
-        if mark.inputs != format!("{:032x}", self.inputs()) {
+        if mark.inputs != format!("{:032x}", self.sources()) {
             return Err(wrong(
                 "the run had other inputs: its model, views, photos, target or settings have \
                  changed since; give the same, and change what power is only"
                     .into(),
             ));
         }
-        u128::from_str_radix(&mark.fingerprint, 16).map_err(|_| damaged())
+        let fingerprint = u128::from_str_radix(&mark.fingerprint, 16).map_err(|_| damaged())?;
+        let is_judged_alike = mark.judged == format!("{:032x}", self.inputs());
+        Ok(RepriceSource { fingerprint, is_judged_alike })
     }
 }
 

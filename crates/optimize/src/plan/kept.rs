@@ -1,5 +1,6 @@
-//! Which models stay in the store: those that later jobs start from or that the run ends with, and
-//! then as many as there is room for, because another panel or machine may want them.
+//! Which models stay in the store: those that later jobs start from, that the run ends with or that
+//! it compares with, and then as many as there is room for, because another panel or machine may
+//! want them.
 //!
 //! What stays is a function of the outcomes alone, so that a run which is continued has the models
 //! that it looks for, and what is kept for comparisons never takes the room of a sample.
@@ -41,7 +42,9 @@ impl Plan {
         kept
     }
 
-    /// The models that a later job starts from or that the run ends with, each once.
+    /// The models that a later job starts from, that the run ends with or that it compares with,
+    /// each once. Priced anew without the comparisons a run would say nothing of what the method is
+    /// worth, and without the model that shares are shares of nothing of another size.
     fn needed<'a>(&self, done: &'a [Outcome]) -> Vec<&'a Outcome> {
         let mut needed: Vec<&Outcome> = Vec::new();
         for variant in 0..self.variants.len() as u8 {
@@ -57,6 +60,14 @@ impl Plan {
                 }
             }
         }
+        let is_compared = |o: &&Outcome| match o.role {
+            Role::HeldOut => self.holds_out,
+            Role::Baseline(_) => true,
+            Role::Dense | Role::Sample | Role::Optimum | Role::External(_) | Role::Sweep(_) => {
+                false
+            }
+        };
+        needed.extend(done.iter().filter(is_compared));
         let last = done.last();
         // It is retried, or the next of a list starts from it.
         let is_adaptive = matches!(self.schedule, Schedule::Adaptive { .. });
@@ -67,15 +78,6 @@ impl Plan {
             if !done.iter().filter(here).any(|o| o.role == Role::Optimum) {
                 needed.extend(done.iter().filter(here).filter(|o| o.role == Role::Sample));
             }
-        }
-        let by_role = |role: Role| done.iter().filter(move |o| o.role == role);
-        if self.awaits_held_out(done) {
-            needed.extend(by_role(Role::HeldOut));
-        }
-        // Two stages begin with the model that is only pruned.
-        let two_stage = Baseline::TwoStage;
-        if self.baselines.contains(&two_stage) && by_role(Role::Baseline(two_stage)).count() == 0 {
-            needed.extend(by_role(Role::Baseline(Baseline::RenderOnly)).filter(|o| is_first(o)));
         }
         let mut names = Vec::new();
         needed.retain(|o| {
@@ -103,33 +105,14 @@ impl Plan {
         done.iter().any(|o| o.role == Role::Optimum && o.place == end)
     }
 
-    /// Whether a later job starts from the model that was trained on without the gate views: the
-    /// first samples, the optimum of a schedule that says so, comparisons and studies.
-    fn awaits_held_out(&self, done: &[Outcome]) -> bool {
-        let is_adaptive = matches!(self.schedule, Schedule::Adaptive { .. });
-        let has = |role: Role, variant: u8| {
-            let place = Place { variant, level: 0 };
-            done.iter().any(|o| o.role == role && o.place == place)
-        };
-        let variants = || 0..self.variants.len() as u8;
-        let searches = match is_adaptive {
-            true => !done.iter().any(is_passed_sample),
-            false => variants().any(|v| !has(Role::Optimum, v)),
-        };
-        let compares =
-            variants().any(|v| self.compared(usize::from(v)).any(|b| !has(Role::Baseline(b), v)));
-        searches || compares || self.sweep_weights.iter().any(|w| !has(Role::Sweep(*w), 0))
-    }
-
     /// What is kept while there is room, first what a search may start from: the models of its
     /// place that reach their target, then those of other places; then what missed and may reach a
-    /// lower quality, then comparisons. The smallest first, so that there are many.
+    /// lower quality. The smallest first, so that there are many.
     fn spare<'a>(&self, kept: &[&'a Outcome], here: Place, is_over: bool) -> Vec<&'a Outcome> {
         let has_lower = |o: &Outcome| usize::from(o.place.variant) + 1 < self.variants.len();
         let class = |o: &Outcome| match o.role {
             Role::Sample | Role::Optimum if o.passed => Some(u8::from(o.place != here)),
             Role::Sample if o.place.level == 0 && has_lower(o) && !is_over => Some(2),
-            Role::Baseline(b) if b.has_levels() => Some(3),
             Role::Sample
             | Role::Optimum
             | Role::Baseline(_)
@@ -151,10 +134,6 @@ fn has_model(o: &Outcome) -> bool {
         Role::HeldOut | Role::Sample | Role::Optimum | Role::Baseline(_) => true,
         Role::Dense | Role::External(_) | Role::Sweep(_) => false,
     }
-}
-
-fn is_first(o: &Outcome) -> bool {
-    o.place == Place::default()
 }
 
 fn is_passed_sample(o: &Outcome) -> bool {

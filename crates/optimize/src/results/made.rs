@@ -1,8 +1,8 @@
 //! From a run to its results.
 
 use super::{
-    ChangeRecord, FORMAT, FitRecord, FovealRecord, LostRecord, ModelRecord, Reference, Results,
-    ScreenRecord, SeenRecord, VERSION, VariantRecord,
+    ChangeRecord, FORMAT, FilteredRecord, FitRecord, FovealRecord, LostRecord, ModelRecord,
+    Reference, Results, ScreenRecord, SeenRecord, VERSION, VariantRecord,
 };
 use crate::campaign::{Campaign, FoveatedModels};
 use crate::foveated::{MeasuredFoveated, cheapest, missing_regions};
@@ -48,11 +48,13 @@ impl Results {
             },
             width_px: campaign.cameras[0].width,
             height_px: campaign.cameras[0].height,
+            judged: Some(campaign.judged),
             priced: Some(campaign.priced.clone()),
             lost,
             screen: screen.map(record),
             missing_regions: missing.into_iter().map(str::to_owned).collect(),
             oracle: campaign.oracle.name(),
+            counted: Some(campaign.counted),
             fps: campaign.oracle.fps(),
             display: campaign.display.name.clone(),
             display_scale: campaign.display.scale,
@@ -163,7 +165,16 @@ fn model(run: &ResultMade<'_>, position: usize, o: &Outcome) -> ModelRecord {
         }),
         margin_db: target.and_then(|t| finite(t.margin_db(o.gate.quality))),
         steered_db: target.and_then(|t| finite(steered_db(run, position, o, &t)?)),
-        passed: o.passed,
+        passed: match o.role {
+            // They are judged by shares of their own when they are measured, which they always
+            // reach.
+            Role::Dense | Role::HeldOut => target.is_some_and(|t| t.passes(o.gate.quality)),
+            Role::Sample
+            | Role::Optimum
+            | Role::Baseline(_)
+            | Role::External(_)
+            | Role::Sweep(_) => o.passed,
+        },
         gate: seen(&o.gate),
         confirmation: o.confirmation.map(|c| seen(&c.seen)),
         luck_db: o.confirmation.and_then(|c| c.luck_db),
@@ -237,6 +248,12 @@ fn foveal(run: &ResultMade<'_>, f: &MeasuredFoveated) -> FovealRecord {
         display_w: f.watts.display_w,
         render_w: f.watts.render_w,
         filter_w: f.filter_w,
+        filtered: f.filtered.map(|like| FilteredRecord {
+            psnr_db: finite(like.psnr_db),
+            ssim: finite(like.ssim),
+            flip: finite(like.flip),
+            lpips: like.lpips.and_then(finite),
+        }),
         fps: finite(f.fps),
         hvsq: f.hvsq.map(|v| v.and_then(finite)),
         tiles: f.tiles,

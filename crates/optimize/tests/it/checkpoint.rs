@@ -41,8 +41,10 @@ fn progress() -> Progress {
         levels: 1,
     };
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();
-    let dense =
-        Outcome::measured(&setup, &job, &model, None, |q| campaign.judge(&[], &job, q)).unwrap();
+    let dense = Outcome::measured(&setup, &job, &model, None, |q| {
+        campaign.judge(&[], job.role, job.place, q)
+    })
+    .unwrap();
     let check = Check {
         iteration: 3,
         seen: dense.gate,

@@ -398,6 +398,11 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
     assert!((added / filtered.filter_w - 1.0).abs() < 1e-9);
     assert!((filtered.watts.parts.total_w() / filtered.watts.render_w - 1.0).abs() < 1e-12);
     assert!(filtered.fps < plain.fps);
+    // What is shown is what is judged: the filter costs decibels.
+    let like = filtered.filtered.expect("the filter is looked through");
+    let whole = setup.see(&model.level(0), &setup.split.test, None).quality;
+    assert!(like.psnr_db < whole.psnr_db && like.ssim < whole.ssim, "{like:?}, {whole:?}");
+    assert_eq!(plain.filtered, None);
     // Every pixel outside of the fovea pays: no more than all of them.
     let most = 96.0 * 72.0 * 215.0 * 0.53e-12 * 60.0;
     assert!(filtered.filter_w <= most && filtered.filter_w > 0.3 * most);

@@ -15,6 +15,7 @@ mod priced;
 mod promise;
 mod prune;
 mod record;
+mod regressions;
 mod renderer;
 mod result;
 mod role;

@@ -7,6 +7,7 @@ use powergs_frame::scene::Eye;
 use powergs_optimize::campaign::{Campaign, CampaignError};
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::request::Request;
+use powergs_optimize::settings::{GateSize, Settings};
 use powergs_optimize::views::{PowerCameras, PowerViews, Priced};
 use powergs_scene::Camera;
 use powergs_scene::camera::edit::resized;
@@ -83,11 +84,15 @@ fn larger_views_than_those_that_train_are_sixteen_at_most_where_nobody_says_othe
 }
 
 #[test]
-fn the_size_of_the_price_changes_watts_and_no_quality_and_is_priced_anew() {
+fn where_models_are_judged_as_they_train_the_size_of_the_price_changes_watts_alone() {
     let store = MemoryStore::new();
-    let small = open(request());
+    let trained = |asked: Request| {
+        let settings = Settings { gate_size: GateSize::Trained, ..asked.settings };
+        open(Request { settings, ..asked })
+    };
+    let small = trained(request());
     let first = small.run(&store, &()).unwrap().unwrap();
-    let large = || open(Request { power_cameras: shown((192, 144)), ..request() });
+    let large = || trained(Request { power_cameras: shown((192, 144)), ..request() });
     assert_ne!(small.fingerprint(), large().fingerprint());
     assert_eq!(small.inputs(), large().inputs(), "models do not depend on it");
     let (mut campaign, to) = (large(), MemoryStore::new());

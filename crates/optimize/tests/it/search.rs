@@ -292,7 +292,7 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
 }
 
 #[test]
-fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_them() {
+fn kept_samples_take_no_more_room_than_four_dense_ones_and_the_result_is_among_them() {
     let campaign = Plan { holds_out: true, ..plan(Vec::new()) };
     let held_out = outcome("held-out", Role::HeldOut, 0.0, (0.5, 1.0));
     let mut done = vec![outcome("dense", Role::Dense, 0.0, (0.5, 1.0)), held_out];
@@ -306,13 +306,14 @@ fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_th
         sample.gate.quality = Quality::likeness(36.0, 0.95);
         done.push(sample);
         let kept = campaign.kept(1000, &done);
-        let total: usize = kept.iter().map(|o| o.points).sum();
+        let is_searched = |o: &&&Outcome| matches!(o.role, Role::Sample | Role::Optimum);
+        let total: usize = kept.iter().filter(is_searched).map(|o| o.points).sum();
         assert!(total <= 4000, "{total} Gaussians after {name}");
         let names: Vec<&str> = kept.iter().map(|o| o.name.as_str()).collect();
         assert!(names.contains(&campaign.result(&done, 0).unwrap().name.as_str()));
         assert!(names.contains(&name.as_str()), "the last may be retried: {names:?}");
         assert!(names.contains(&"sample-01"), "whatever follows starts from it at least");
-        assert!(!names.contains(&"held-out"), "nothing starts from it any more");
+        assert!(names.contains(&"held-out"), "of another size it is measured again");
     }
     // A sample that missed goes when another follows, unless a lower quality may start from it.
     let mut missed = outcome("sample-06", Role::Sample, 0.4, (0.3, 0.1));
@@ -323,7 +324,7 @@ fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_th
     done.push(last);
     let has = |plan: &Plan, name: &str| plan.kept(1000, &done).iter().any(|o| o.name == name);
     assert!(!has(&campaign, "sample-06") && has(&campaign, "optimum"));
-    assert!(campaign.kept(1000, &done).iter().map(|o| o.points).sum::<usize>() <= 4000);
+    assert!(campaign.kept(1000, &done).iter().map(|o| o.points).sum::<usize>() <= 5000);
     let mut lower = plan(Vec::new());
     lower.variants.push(Variant { name: "M".into(), rule: TargetRule::Share(0.5) });
     lower.schedule = Schedule::Adaptive { count: 7, first: Some(0.15) };

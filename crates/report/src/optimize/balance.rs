@@ -5,8 +5,9 @@ use super::{Grade, ITSELF, Story, decimals};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_energy::action::Phase;
+use powergs_optimize::job::Place;
 use powergs_optimize::outcome::Outcome;
-use powergs_optimize::role::Role;
+use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::target::Target;
 
 /// Quality above the target that a search leaves unspent, decibels.
@@ -95,13 +96,37 @@ fn most_of(o: &Outcome) -> &'static str {
     parts.into_iter().fold(parts[0], |a, b| if b.1 > a.1 { b } else { a }).0
 }
 
-/// Which of the two ways to save is used up: pruning where nothing of ours that passes is pruned
-/// further, dimming where all quality is spent.
+/// How far the models of a place are pruned.
+struct PruningEnd<'a> {
+    /// The largest share of all that passed.
+    most: f64,
+    /// What says that no more passes; `None` where nothing does.
+    end: Option<&'a Outcome>,
+}
+
+impl<'a> PruningEnd<'a> {
+    /// Of all models that were trained at a place: one that is pruned further and missed, or one
+    /// that was pruned for as long as the target was met.
+    fn of(story: &Story<'a>, place: Place) -> PruningEnd<'a> {
+        let all = || story.all.iter().filter(|o| o.place == place && is_trained(o));
+        let most = all().filter(|o| o.passed).map(|o| o.rho).fold(0.0, f64::max);
+        let missed = all().filter(|o| !o.passed && o.rho > most);
+        let missed = missed.min_by(|a, b| a.rho.total_cmp(&b.rho));
+        let stops = |o: &&Outcome| o.is_end || o.role == Role::Baseline(Baseline::RenderOnly);
+        let stopped = all().filter(stops).find(|o| o.passed && o.rho + SAME >= most);
+        PruningEnd { most, end: missed.or(stopped) }
+    }
+
+    /// Whether a share is as much as can be pruned.
+    fn is_reached(&self, rho: f64) -> bool {
+        self.end.is_some() && rho + SAME >= self.most
+    }
+}
+
+/// Which of the two ways to save is used up: pruning where it is known that no more passes, dimming
+/// where all quality is spent.
 fn used_up(story: &Story<'_>, result: &Outcome, target: Target) -> &'static str {
-    let is_same = |o: &&Outcome| o.place == result.place && is_searched(o);
-    let passed = story.all.iter().filter(is_same).filter(|o| o.passed);
-    let most = passed.map(|o| o.rho).fold(0.0, f64::max);
-    let is_pruned = result.rho > 0.0 && result.rho + SAME >= most;
+    let is_pruned = PruningEnd::of(story, result.place).is_reached(result.rho);
     let is_dimmed = target.margin_db(result.gate.quality) <= UNSPENT_DB;
     match (is_pruned, is_dimmed) {
         (true, true) => "both",
@@ -111,9 +136,9 @@ fn used_up(story: &Story<'_>, result: &Outcome, target: Target) -> &'static str 
     }
 }
 
-/// Samples and the realised optimum.
-fn is_searched(o: &Outcome) -> bool {
-    matches!(o.role, Role::Sample | Role::Optimum)
+/// Samples, the realised optimum and comparisons.
+fn is_trained(o: &Outcome) -> bool {
+    matches!(o.role, Role::Sample | Role::Optimum | Role::Baseline(_))
 }
 
 /// `M: 4.1 %`, what the next lower quality takes less; at least so much unless it was made.
@@ -132,8 +157,10 @@ pub(super) fn section(page: &mut Document, story: &Story<'_>) {
     page.paragraph(Text::marked(
         "All powers have the unit of the total. Standby is what the accelerator draws whatever it \
          renders: leakage, DRAM background and refresh. With rendering it makes up the \
-         accelerator, which charts and other tables have. Pruning is used up where no model that \
-         passes is pruned further, dimming where no quality is left above the target.",
+         accelerator, which charts and other tables have. Pruning is used up where the result is \
+         pruned as far as any model that passes, and one that is pruned further misses the target \
+         or it was pruned for as long as that was met; dimming where no quality is left above the \
+         target.",
     ));
     let several = story.grades.iter().filter(|g| g.result.is_some()).count() > 1;
     if several {
@@ -184,18 +211,22 @@ fn quality(story: &Story<'_>, best: &Outcome) -> Option<String> {
 
 /// Whether more pruning would help.
 fn pruning(story: &Story<'_>, best: &Outcome) -> Option<String> {
-    let all = || story.done.iter().filter(|o| is_searched(o));
-    let most = all().filter(|o| o.passed).map(|o| o.rho).reduce(f64::max)?;
-    let beyond = all().filter(|o| !o.passed && o.rho > most);
-    let missed = beyond.min_by(|a, b| a.rho.total_cmp(&b.rho));
-    let verdict = match missed {
-        Some(o) => {
+    let pruning = PruningEnd::of(story, best.place);
+    let why = match pruning.end {
+        Some(o) if !o.passed => {
             let by = Target::Likeness(story.target?).shortfall(o.gate.quality);
             let (name, rho) = (&o.name, percent(o.rho));
-            format!("exhausted: {name}, {rho} pruned, misses the target by {}", super::short_of(by))
+            format!("{name}, {rho} pruned, misses the target by {}", super::short_of(by))
         }
-        None => "not exhausted: all shares that were tried passed (`--rhos` takes others)".into(),
+        Some(o) => format!("{} was pruned for as long as the target was met", o.name),
+        None => "all shares that were tried passed (`--rhos` takes others)".into(),
     };
+    let verdict = match (pruning.is_reached(best.rho), pruning.end) {
+        (true, _) => format!("used up: {why}"),
+        (false, Some(_)) => format!("not used up, because the fewest watts lie before that: {why}"),
+        (false, None) => format!("not used up: {why}"),
+    };
+    let most = pruning.most;
     // Where the price is that of smaller images than are shown, this would mislead.
     let is_little = work_w(best) < LITTLE * best.watts.total_w() && story.priced.photos.is_none();
     let little = match is_little {

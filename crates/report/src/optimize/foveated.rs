@@ -34,7 +34,11 @@ pub struct Show<'a> {
 impl Show<'_> {
     fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
         let r = self.results;
-        Chart::new(name, title, super::subtitle(&r.scene, &r.oracle, r.fps, what))
+        let chart = Chart::new(name, title, super::subtitle(&r.scene, &r.oracle, r.fps, what));
+        match &r.counted {
+            Some(counted) => chart.note(super::power_note(counted, &r.oracle)),
+            None => chart,
+        }
     }
 
     /// The variant of the run.

@@ -4,15 +4,17 @@ use std::fmt::Write as _;
 
 use super::{ITSELF, Story, balance, decimals};
 use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
-use crate::format::{engineering, shortened, watt_unit, wrapped};
+use crate::format::{engineering, shortened, significant, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_energy::action::Phase;
+use powergs_optimize::counted::PowerCounts;
 use powergs_optimize::outcome::{Confirmation, Outcome};
 use powergs_optimize::results::LostRecord;
 use powergs_optimize::role::Role;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::confirming;
+use powergs_optimize::views::TrainingDistance;
 
 /// A result as a list of names and values, for `--json` and the terminal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +63,10 @@ impl Story<'_> {
             (Some(f), Some(best)) => {
                 let (from, to) = (engineering(f.dense_w, "W"), engineering(f.result_w, "W"));
                 let (saved, rho) = (100.0 * f.saved, 100.0 * f.rho);
-                let _ = writeln!(text, "{from} -> {to}: {saved:.1} % saved over {}", self.priced);
+                let judged = self.judged.note().map_or(String::new(), |note| format!("; {note}"));
+                let first =
+                    format!("{from} -> {to}: {saved:.1} % saved over {}{judged}", self.priced);
+                let _ = writeln!(text, "{}", wrapped(&first, 80));
                 if let Some(short_db) = self.short_of_promise() {
                     let psnr_db = best.test.quality.psnr_db;
                     let _ = writeln!(
@@ -76,6 +81,7 @@ impl Story<'_> {
                     "result: {name}, in final.ply; {rho:.0} % of the Gaussians pruned"
                 );
                 self.reached(&mut text, best);
+                let _ = writeln!(text, "{}", wrapped(&format!("power by {}", self.counted()), 80));
             }
             _ => {
                 let _ = writeln!(text, "no model reached the target: there is no final.ply");
@@ -187,6 +193,18 @@ impl Story<'_> {
                  safer",
                 if n == 1 { "" } else { "s" }
             ));
+            if let Some(TrainingDistance { made, test }) = self.distance
+                && made < NEARER * test
+            {
+                notes.push(format!(
+                    "the {} gate views that were made are {} from the nearest view that trains, \
+                     the test views {} (medians): models are better where they train, so the gate \
+                     promises more than these see; --validation 4 lets more given views gate",
+                    self.made,
+                    significant(made),
+                    significant(test)
+                ));
+            }
         }
         if let Some(dense) = self.of_role(Role::Dense) {
             let standby = best.watts.parts.stage_w(Phase::Standby);
@@ -212,6 +230,8 @@ impl Story<'_> {
     }
 }
 
+/// Gate views are nearer to those that train than test views below this share of their distance.
+const NEARER: f64 = 0.8;
 /// Standby power above this share of the total is told.
 const STANDING: f64 = 0.25;
 
@@ -236,7 +256,10 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     balance::section(&mut page, story);
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
     let priced = &story.priced;
-    page.paragraph(format!("Power: {oracle} at {fps} FPS over {priced}, display {display}."));
+    page.paragraph(format!(
+        "Power: {oracle} at {fps} FPS over {priced}, display {display}. It is counted by {}.",
+        story.counted()
+    ));
     if let Some(target) = story.target {
         let (target, asked) = (quality(target), &story.asked);
         let is_same = target == *asked;
@@ -245,8 +268,16 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     }
     if let Some(best) = story.result() {
         page.paragraph(Text::marked(&format!(
-            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`.{}",
+            "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim \
+             replay`{}.{}",
             best.name,
+            match story.counted.counts {
+                PowerCounts::ClosedForm => {
+                    ", which counts a whole machine with its standby, where this page has the \
+                     closed form"
+                }
+                PowerCounts::Machine => "",
+            },
             match (best.role, story.of_role(Role::Optimum)) {
                 (Role::Sample, Some(_)) => " The realised optimum is not better than that sample.",
                 _ => "",
@@ -308,7 +339,7 @@ fn models(story: &Story<'_>) -> Table {
             o.points.into(),
             psnr(gate),
             gate.ssim.into(),
-            o.passed.into(),
+            story.passed(o).into(),
             psnr(test),
             test.ssim.into(),
             o.flip_test.into(),

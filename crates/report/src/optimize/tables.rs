@@ -1,5 +1,6 @@
 //! Tables as CSV: the record that everything else is derived from.
 
+use super::Story;
 use crate::document::{Cell, Column, Table};
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::outcome::Outcome;
@@ -56,8 +57,8 @@ pub fn samples_csv(done: &[Outcome], conclusion: &Conclusion) -> Vec<u8> {
 
 /// `models.csv`: every model of the run, with its quality on both splits and its power. LPIPS has a
 /// column if it was measured.
-pub fn models_csv(done: &[Outcome]) -> Vec<u8> {
-    let text = Column::text;
+pub fn models_csv(story: &Story<'_>) -> Vec<u8> {
+    let (done, text) = (story.done, Column::text);
     let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
     let mut columns = vec![
         text("model"),
@@ -86,7 +87,7 @@ pub fn models_csv(done: &[Outcome]) -> Vec<u8> {
             lambda(o),
             o.gate.quality.psnr_db.into(),
             o.gate.quality.ssim.into(),
-            o.passed.into(),
+            story.passed(o).into(),
             o.test.quality.psnr_db.into(),
             o.test.quality.ssim.into(),
             o.watts.display_w.into(),

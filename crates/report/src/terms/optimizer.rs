@@ -41,7 +41,8 @@ pub(super) const OPTIMIZER: &[Term] = &[
         &["used up"],
         "",
         "Which way to save has nothing left at this quality: pruning where no model that passes \
-         is pruned further, dimming where no quality is left above the target.",
+         is pruned further and one that is misses the target, dimming where no quality is left \
+         above the target.",
     ),
     term(
         &["next saves"],

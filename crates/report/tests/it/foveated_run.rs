@@ -3,8 +3,8 @@
 use powergs_optimize::fit::OptimumPlace;
 use powergs_optimize::foveated::{LevelState, Method};
 use powergs_optimize::results::{
-    ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
-    SeenRecord, VERSION, VariantRecord,
+    ChangeRecord, FORMAT, FilteredRecord, FitRecord, FovealRecord, ModelRecord, Reference, Results,
+    ScreenRecord, SeenRecord, VERSION, VariantRecord,
 };
 use powergs_optimize::role::RoleKind;
 
@@ -137,6 +137,12 @@ pub fn foveal(
         display_w,
         render_w,
         filter_w: if method == Method::RtgsD22 { 0.01 } else { 0.0 },
+        filtered: (method == Method::RtgsD22).then_some(FilteredRecord {
+            psnr_db: Some(24.5),
+            ssim: Some(0.79),
+            flip: Some(0.2),
+            lpips: None,
+        }),
         fps: Some(if method == Method::PowerGs { 84.0 } else { 78.0 }),
         hvsq: [a, b, c, None],
         tiles: [40.0, 30.0, 20.0, 0.0],
@@ -159,6 +165,7 @@ pub fn run() -> Results {
         ]
     };
     Results {
+        judged: None,
         priced: None,
         lost: Vec::new(),
         format: FORMAT.into(),
@@ -171,6 +178,7 @@ pub fn run() -> Results {
         screen: Some(ScreenRecord { fov_deg: 90.0, pooling_rate: 0.05 }),
         missing_regions: vec!["R4".into()],
         oracle: "gscore".into(),
+        counted: None,
         fps: 60.0,
         display: "oled-powergs".into(),
         display_scale: 3.0,

@@ -39,8 +39,8 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
         ("LightGaussian", Colour::GREEN),
         ("dense", Colour::INK),
     ];
-    let note = "dots: foveated, joined variant by variant; squares: level 1 everywhere; PSNR of \
-                RTGS+D22: before its filter";
+    let note = "dots: foveated, joined variant by variant; squares: level 1 everywhere; RTGS+D22: \
+                behind its filter";
     let dense = r.dense().map(|m| per_watt * m.total_w());
     let dense = dense.filter(|_| r.reference == Reference::Own);
     let x = format!("total power, {unit}");
@@ -61,7 +61,7 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
 fn marks(r: &Results) -> Vec<QualityMark> {
     let foveated = r.foveated.iter().map(|f| QualityMark {
         watts: f.total_w(),
-        psnr_db: r.model(&f.jobs[0]).and_then(|m| m.test.psnr_db),
+        psnr_db: f.likeness(r).psnr_db,
         hvsq: f.worst().map(|(hvsq, _)| hvsq),
         method: Some(f.method),
         colour: colour(f.method),

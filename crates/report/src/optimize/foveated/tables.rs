@@ -3,7 +3,8 @@
 
 use crate::document::{Cell, Table};
 use powergs_frame::fovea::REGIONS;
-use powergs_optimize::results::{ModelRecord, Results};
+use powergs_optimize::foveated::LevelState;
+use powergs_optimize::results::Results;
 
 /// `levels.csv`: every model of every variant and level.
 pub fn levels_csv(r: &Results) -> Vec<u8> {
@@ -35,7 +36,8 @@ pub fn levels_csv(r: &Results) -> Vec<u8> {
 }
 
 /// `foveated.csv`: every method and variant. Quality in decibels, SSIM, FLIP and LPIPS is that of
-/// level 1 over whole test views. HVSQ of R1 to R4 is that of the shown frames, of L1 to L4 that of
+/// level 1 over whole test views, behind the filter where there is one; no target is held to that,
+/// and its levels have no state. HVSQ of R1 to R4 is that of the shown frames, of L1 to L4 that of
 /// the model of the level over whole test views. FPS are those of the accelerator.
 pub fn foveated_csv(r: &Results) -> Vec<u8> {
     let mut table = Table::record(
@@ -44,17 +46,15 @@ pub fn foveated_csv(r: &Results) -> Vec<u8> {
          state_l1 state_l2 state_l3 state_l4 test_psnr_db test_ssim flip_test lpips_test",
     );
     for f in &r.foveated {
-        let first = r.model(&f.jobs[0]);
-        let of = |value: fn(&ModelRecord) -> Option<f64>| Cell::from(first.and_then(value));
+        let like = f.likeness(r);
         let mut cells: Vec<Cell> =
             vec![f.method.name().into(), f.variant.as_str().into(), f.fps.into()];
         cells.extend([f.total_w(), f.display_w, f.render_w, f.filter_w].map(Cell::from));
         cells.extend(f.hvsq.iter().map(|v| Cell::from(*v)));
         cells.extend(f.level_hvsq(r).into_iter().map(Cell::from));
         cells.extend(f.gaussians.iter().map(|n| Cell::from(*n)));
-        cells.extend(f.states.iter().map(|s| Cell::from(s.name())));
-        cells.extend([of(|m| m.test.psnr_db), of(|m| m.test.ssim)]);
-        cells.extend([of(|m| m.flip_test), of(|m| m.lpips_test)]);
+        cells.extend(f.shown_states().map(|state| Cell::from(state.map(LevelState::name))));
+        cells.extend([like.psnr_db, like.ssim, like.flip, like.lpips].map(Cell::from));
         table.row(cells);
     }
     table.csv()

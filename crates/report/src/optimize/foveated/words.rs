@@ -1,11 +1,12 @@
 //! The foveated part of `summary.md`, and what is printed of it.
 
+use super::super::decimals;
 use super::Show;
-use crate::document::{Block, Cell, Column, Document, Kind, Table};
+use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
-use powergs_optimize::foveated::Method;
+use powergs_optimize::foveated::{LevelState, Method};
 use powergs_optimize::results::{FovealRecord, ModelRecord, Results};
 use powergs_optimize::role::RoleKind;
 
@@ -83,11 +84,12 @@ fn methods(page: &mut Document, r: &Results) {
     page.paragraph(format!(
         "FPS: the accelerator's speed at full rate, not a GPU's.{speed} Power: at {} FPS, over the \
          gaze cycle. HVSQ of R1 to R4: of the shown frames. {note} HVSQ of L1 to L4: of the \
-         level's model over whole test views, as published. PSNR and SSIM: of the model of level \
-         1 on whole test views.",
+         level's model over whole test views, as published. PSNR, SSIM, FLIP and LPIPS: of the \
+         model of level 1 on whole test views, for RTGS+D22 behind its filter, whose quality is \
+         held to no target.",
         r.fps
     ));
-    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), decimals(per_watt));
     let mut columns = vec![Column::text("method"), Column::fixed("FPS", 0)];
     columns.extend(["total", "display", "accelerator", "of that filter"].map(watts));
     columns.extend(REGIONS.map(|region| Column::fixed(region, 2).group("HVSQ, 1e-5")));
@@ -101,22 +103,58 @@ fn methods(page: &mut Document, r: &Results) {
         Column::fixed("LPIPS", 4),
     ]);
     let row = |f: &FovealRecord| {
-        let first = r.model(&f.jobs[0]);
-        let quality = |of: fn(&ModelRecord) -> Option<f64>| Cell::from(first.and_then(of));
+        let like = f.likeness(r);
         let or_none = |v: &Option<f64>| v.map_or("none".into(), |v| format!("{:.2}", 1e5 * v));
         let whole: Vec<String> = f.level_hvsq(r).iter().map(or_none).collect();
         let counts: Vec<String> = f.gaussians.iter().map(u64::to_string).collect();
-        let states: Vec<String> = f.states.iter().map(|s| s.name().replace('_', " ")).collect();
+        let states: Vec<String> = f.shown_states().into_iter().map(state).collect();
         let mut cells: Vec<Cell> = vec![f.label().into(), f.fps.into()];
         let watts = [f.total_w(), f.display_w, f.render_w, f.filter_w];
         cells.extend(watts.map(|w| Cell::Real(per_watt * w)));
         cells.extend(f.hvsq.iter().map(|v| e5(*v)));
         cells.extend([whole, counts, states].map(|all| Cell::from(all.join(", "))));
-        cells.extend([quality(|m| m.test.psnr_db), quality(|m| m.test.ssim)]);
-        cells.extend([quality(|m| m.flip_test), quality(|m| m.lpips_test)]);
+        cells.extend([like.psnr_db, like.ssim, like.flip, like.lpips].map(Cell::from));
         cells
     };
     page.table(Table::new(columns).rows(r.foveated.iter().map(row)));
+    for f in r.foveated.iter().filter(|f| f.method != Method::RtgsD22) {
+        if let Some(text) = unpruned(r, f) {
+            page.paragraph(Text::marked(&text));
+        }
+    }
+}
+
+/// The state of a level in words.
+fn state(state: Option<LevelState>) -> String {
+    state.map_or_else(|| "held to none".into(), |state| state.name().replace('_', " "))
+}
+
+/// What to know of levels whose search found nothing to prune, though they pass.
+fn unpruned(r: &Results, f: &FovealRecord) -> Option<String> {
+    let levels = f.unpruned();
+    let first = *levels.first()?;
+    let other = match f.method {
+        Method::PowerGs => Method::FrRender,
+        Method::FrRender | Method::FrDisplay | Method::RtgsD22 => Method::PowerGs,
+    };
+    let pruned = r.foveal(other, &f.variant).filter(|other| {
+        levels.iter().any(|level| other.gaussians[level - 1] < f.gaussians[level - 1])
+    });
+    let pruned = pruned.map_or(String::new(), |other| {
+        let counts = levels.iter().map(|level| other.gaussians[level - 1].to_string());
+        let counts = counts.collect::<Vec<_>>().join(" and ");
+        format!("; {} reaches {counts}", other.label())
+    });
+    let named = levels.iter().map(usize::to_string).collect::<Vec<_>>().join(" and ");
+    let keep = if levels.len() == 1 { "keeps" } else { "keep" };
+    let s = if levels.len() == 1 { "" } else { "s" };
+    let count = f.gaussians[first - 1];
+    Some(format!(
+        "{}: level{s} {named} {keep} all {count} Gaussians of the level before, because pruning \
+         got nowhere within the target{pruned}. More iterations (`--iterations`, \
+         `--level-effort`) may get further.",
+        f.label()
+    ))
 }
 
 fn regions(page: &mut Document, r: &Results) {
@@ -159,7 +197,7 @@ fn plain(page: &mut Document, r: &Results) {
         Column::fixed("SSIM", 4),
         Column::fixed("FLIP", 4),
         Column::fixed("LPIPS", 4),
-        Column::fixed(format!("total, {unit}"), 2),
+        Column::fixed(format!("total, {unit}"), decimals(per_watt)),
     ];
     let row = |m: &ModelRecord| {
         let name = match Some(&m.name) == ours.as_ref() {
@@ -188,7 +226,7 @@ fn levels(page: &mut Document, r: &Results) {
         "Pruned: of the level before. HVSQ at the pooling of the level, over whole views; power of \
          the level shown everywhere.",
     );
-    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), decimals(per_watt));
     let mut columns = vec![
         Column::text("variant"),
         Column::count("level"),
