@@ -116,10 +116,17 @@ impl Dataflow for UnsortedFlow {
         [machine.of_type::<BlenderSpec>().tile; 2]
     }
 
+    /// Tiles are read, worked on and written at the same time.
+    fn overlaps(&self, _: &Machine) -> bool {
+        true
+    }
+
     /// That of machines with resident pixels: which Gaussians meet a tile, and in how many steps.
     fn work_key(&self, machine: &Machine) -> WorkKey {
         let BlenderSpec { tile, lanes, .. } = *machine.of_type::<BlenderSpec>();
-        RegionShape { width: tile, height: tile, cut: Cut::Box, lanes }.key()
+        // Its pixels go through no banks that could hold a step up.
+        let (words, banks) = (0, 1);
+        RegionShape { width: tile, height: tile, cut: Cut::Box, lanes, words, banks }.key()
     }
 
     fn run(
@@ -130,7 +137,7 @@ impl Dataflow for UnsortedFlow {
         self.fits(task)?;
         let (machine, frame) = (task.machine, task.work.of().expect("it has the key"));
         let on_device = |m: &Machine, r: &mut CalibrationRecorder| through(m, frame, None, r).1;
-        let flat = Reference::calibration(machine, task.memo, |_| {}, on_device, (&STREAMS, false));
+        let flat = Reference::calibration(machine, task.memo, |_| {}, on_device, &STREAMS);
         Ok(match observer {
             None => through(machine, frame, flat.as_deref(), &mut ()).0,
             Some(mut observer) => through(machine, frame, flat.as_deref(), &mut observer).0,
@@ -186,8 +193,8 @@ impl<O: Observer> Blenders<'_, O> {
             }
             Doing::Reads(_) => {
                 let entries = self.frame.of(&region).iter();
-                let steps: u64 = entries.map(|entry| u64::from(entry.steps)).sum();
-                Doing::Works(now + steps + u64::from(region.pixels.div_ceil(lanes)))
+                let cycles: u64 = entries.map(|entry| u64::from(entry.cycles)).sum();
+                Doing::Works(now + cycles + u64::from(region.pixels.div_ceil(lanes)))
             }
             Doing::Works(_) => {
                 self.units[unit].store.release(now, bytes);

@@ -8,7 +8,6 @@ pub mod format;
 pub mod number;
 pub mod picture;
 pub mod quantity;
-pub mod sha256;
 pub mod shell;
 
 /// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or

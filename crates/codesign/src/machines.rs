@@ -212,7 +212,8 @@ impl Machines {
 
     /// Hash of the machines of a model.
     pub fn id(&self, model: &ModelPoint, dram: DramModel) -> u128 {
-        let file = SweepFile { base: self.written.clone(), ..self.sweep(model, dram) };
+        let mut file = self.sweep(model, dram);
+        file.base = self.written.clone();
         let file = toml::to_string(&file).unwrap_or_default();
         // A sweep is continued only with the same text.
         let text = self.file.text();

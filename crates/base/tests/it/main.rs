@@ -2,5 +2,4 @@
 
 mod layers;
 mod quantities;
-mod sha256;
 mod shell;

@@ -3,9 +3,9 @@
 use super::{Block, Document, PageDesigns, Shown, Span, Table, Text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use powergs_base::sha256::sha256;
 use powergs_chart::{Chart, DrawError, Sheet, Style, dark_declarations};
 use powergs_pixels::RgbImage;
+use sha2::{Digest, Sha256};
 
 const STYLE: &str = include_str!("html.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -75,7 +75,7 @@ fn script() -> String {
 /// What a browser lets the page do: run its own script and show what is in it, and nothing else. It
 /// opens no address, so the page needs no network whatever is written in it.
 fn policy() -> String {
-    let hash = STANDARD.encode(sha256(script().as_bytes()));
+    let hash = STANDARD.encode(Sha256::digest(script().as_bytes()));
     format!(
         "default-src 'none'; script-src 'sha256-{hash}'; style-src 'unsafe-inline'; img-src data:; \
          base-uri 'none'; form-action 'none'"

@@ -364,7 +364,7 @@ fn of_text(key: &str, text: &str) -> Value {
     let text = text.strip_prefix('\'').filter(is_formula).unwrap_or(text);
     match Key::known(key).map(|(_, domain)| domain) {
         // Whatever it looks like: a file may be called `8`.
-        Some(Domain::Text | Domain::Choice(_) | Domain::Measure(_)) => text.into(),
+        Some(Domain::Text | Domain::Choice(_) | Domain::Measure(_) | Domain::Part) => text.into(),
         Some(Domain::Number(..)) => text.parse().map_or_else(|_| knob::written(text), Value::Float),
         Some(Domain::Integer(..) | Domain::Truth | Domain::List) | None => knob::written(text),
     }
