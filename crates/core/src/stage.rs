@@ -242,7 +242,14 @@ pub struct PartDecl {
 
 /// A part: key in `[parts.STAGE]`, what its amount counts, the amount.
 pub const fn part(key: &'static str, means: &'static str, amount: fn(&Machine) -> f64) -> PartDecl {
-    PartDecl { facts: PartFacts { key, means }, amount }
+    PartDecl { facts: PartFacts { key, means, may_lack: false }, amount }
+}
+
+impl PartDecl {
+    /// The same, which units may be without.
+    pub const fn may_lack(self) -> PartDecl {
+        PartDecl { facts: PartFacts { may_lack: true, ..self.facts }, ..self }
+    }
 }
 
 /// Who brings what a unit waits for.

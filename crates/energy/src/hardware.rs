@@ -77,6 +77,8 @@ pub struct PartFacts {
     pub key: &'static str,
     /// What its amount counts.
     pub means: &'static str,
+    /// Whether units may be without it: nothing said of it is an amount of 0.
+    pub may_lack: bool,
 }
 
 /// Everything that a stage declares of this.

@@ -30,6 +30,7 @@ use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
 use powergs_energy::action::{Inventory, Phase};
+use powergs_energy::hardware::PartFacts;
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::Counters;
 use powergs_frame::trace::Frame;
@@ -121,9 +122,9 @@ impl Dataflow for RecordedFlow {
             found.add("recorded.units", message);
         }
         for (stage, unit) in &spec.units {
-            let parts: Vec<&str> = parts_of(stage).collect();
-            let lacks = parts.iter().copied().filter(|part| !unit.parts.contains_key(*part));
-            let lacks: Vec<&str> = lacks.collect();
+            let parts: Vec<&str> = parts_of(stage).map(|part| part.key).collect();
+            let needed = parts_of(stage).filter(|part| !part.may_lack).map(|part| part.key);
+            let lacks: Vec<&str> = needed.filter(|part| !unit.parts.contains_key(*part)).collect();
             let strange = unit.parts.keys().find(|part| !parts.contains(&part.as_str()));
             let wrong =
                 unit.parts.iter().find(|(_, amount)| !(PART_MIN..PART_MAX).contains(&amount.0));
@@ -293,9 +294,9 @@ fn fixed(key: &str) -> String {
 }
 
 /// The parts that one unit of a stage has.
-fn parts_of(stage: &str) -> impl Iterator<Item = &'static str> {
+fn parts_of(stage: &str) -> impl Iterator<Item = &'static PartFacts> {
     let parts = hardware().parts();
-    parts.filter(move |(_, of, _)| hardware().stage(*of).key == stage).map(|(.., part)| part.key)
+    parts.filter(move |(_, of, _)| hardware().stage(*of).key == stage).map(|(.., part)| part)
 }
 
 /// What a frame of a run goes by.

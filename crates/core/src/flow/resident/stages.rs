@@ -149,7 +149,8 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         part("lanes", "Lanes: a pixel each.", |m| f64::from(m.of_type::<RasterSpec>().lanes)),
         part("rows", "Rows whose ends are found in a cycle (`region.cut = \"exact\"`).", |m| {
             rows_a_cycle(m.resident())
-        }),
+        })
+        .may_lack(),
     ],
     waits: &[
         WaitDecl {
