@@ -402,7 +402,14 @@ pub fn named(name: &str) -> Result<&'static dyn Dataflow, String> {
     })
 }
 
-/// The dataflow whose machines have a table; `None` for what all have.
+/// Whether machine files of a dataflow have a key of its own tables: dots between its parts.
+pub fn has_key(flow: &dyn Dataflow, key: &str) -> bool {
+    let schema = (flow.tables().schema)();
+    let mut parts = key.split(['.', '[']);
+    parts.try_fold(&schema, |at, part| at["properties"].get(part)).is_some()
+}
+
+/// The first dataflow whose machines have a table; `None` for what all have.
 pub fn of_table(name: &str) -> Option<&'static dyn Dataflow> {
     static TABLES: Mutex<BTreeMap<&'static str, Vec<String>>> = Mutex::new(BTreeMap::new());
     let mut tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);

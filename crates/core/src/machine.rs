@@ -115,7 +115,12 @@ fn schema(flows: &[&dyn Dataflow]) -> Value {
     for flow in flows {
         let own = (flow.tables().schema)();
         for (key, table) in own["properties"].as_object().into_iter().flatten() {
-            keys.entry(key.clone()).or_insert_with(|| table.clone());
+            let known = keys.entry(key.clone()).or_insert_with(|| table.clone());
+            // Of a table that several dataflows have, all keys: those that they share mean the same.
+            let more = table["properties"].as_object().cloned().unwrap_or_default();
+            if let Some(all) = known["properties"].as_object_mut() {
+                more.into_iter().for_each(|(key, own)| _ = all.entry(key).or_insert(own));
+            }
         }
         if flows.len() == 1 {
             required.extend(self::required(&own));

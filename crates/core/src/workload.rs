@@ -207,6 +207,8 @@ pub struct TileWork {
     pub alpha_evaluations: u64,
     /// Entries blended by the pixels of this tile (`T_used`).
     pub blends: u64,
+    /// Pixels that an entry of these stops: it is counted with them, and leaves nothing.
+    pub stopped: u32,
     /// Of a foveated frame: entries blended for the second level (`T_used2`).
     pub blends_2: u64,
     /// Entries iterated while both levels of a pixel are open (`T_extra_alpha`).

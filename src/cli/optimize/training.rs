@@ -44,7 +44,7 @@ pub fn trainer(arch: &str) -> Result<System, Failure> {
     if trains(&plain) {
         return Ok(plain);
     }
-    let by_warp = ["train.sum=warp".to_owned()];
+    let by_warp = ["training.sum=warp".to_owned()];
     let machine = match plain.machine().flow().key() {
         "gpu" => system(arch, &by_warp, None)?,
         _ => plain,
@@ -63,7 +63,7 @@ pub fn trainer(arch: &str) -> Result<System, Failure> {
 fn updates_models(machine: &Machine) -> bool {
     let tables = &machine.tables;
     let by_units = tables.get::<TrainingSpec>().map(|training| training.update);
-    let update = by_units.or_else(|| tables.get::<TrainSpec>().map(|train| train.update));
+    let update = by_units.or_else(|| tables.get::<TrainSpec>().map(|train| training.update));
     let source = tables.get::<PixelsSpec>().map(|pixels| pixels.source);
     matches!(update, Some(Updated::All | Updated::Visible)) && source != Some(PixelSource::Sampled)
 }

@@ -17,7 +17,7 @@
 //! raster operations of the graphics pipeline (`rops`; [`rops`]): then Gaussians are not paired
 //! with tiles, and sorted once by their depth.
 //!
-//! A frame that is trained on (`train.sum`; A144) goes on: the loss of its picture, the lists in
+//! A frame that is trained on (`training.sum`; A144) goes on: the loss of its picture, the lists in
 //! reverse with the gradients of each pixel, which are added up for Gaussians, gradients by
 //! parameters, and the update. What is added to memory pixel by pixel passes through the L2 cache
 //! one number at a time.
@@ -35,7 +35,7 @@ pub mod warps;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::steps::{SteppedGaussians, densifying};
+use super::steps::SteppedGaussians;
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, StepSummary,
     TablesDecl, WorkKey, tile_wise,
@@ -60,7 +60,7 @@ pub use tables::*;
 
 use attached::AttachedWork;
 use blocks::ThreadBlock;
-use cache::{FilterKey, Filtered};
+use cache::{FilterKey, Filtered, ListReads};
 use rops::{CORNERS, DrawKey, Drawn};
 use stages::{ATTACHED, EXPONENTIAL, INSTRUCTION, L2, ROP, SM};
 use warps::{FrameWarps, WarpShape};
@@ -108,7 +108,7 @@ impl Dataflow for GpuFlow {
     }
 
     fn trains(&self, machine: &Machine) -> bool {
-        machine.gpu().train.trains()
+        machine.gpu().training.trains()
     }
 
     fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
@@ -325,12 +325,20 @@ impl Kernels {
         let cache = if attached { m.attached.cache.capacity } else { m.l2.capacity };
         let key = FilterKey {
             capacity: cache.0,
-            whole: m.attached.implementation == AttachedImpl::Tile,
+            reads: match m.attached.implementation {
+                AttachedImpl::Tile => ListReads::Whole,
+                _ => ListReads::UntilStop,
+            },
             entry: m.blend.entry.0,
             feature: sectors,
             geometry: workload.geometry,
         };
         let filtered = memo.get(key, |key| Filtered::new(workload, key));
+        // The reverse pass goes through whole lists, from their ends.
+        let reverse = m.training.trains().then(|| {
+            let key = FilterKey { capacity: m.l2.capacity.0, reads: ListReads::Reverse, ..key };
+            memo.get(key, |key| Filtered::new(workload, key))
+        });
         let mut make = KernelMaker { machine, m, all: Vec::new() };
         let (points, tiles) = (workload.counters.points, workload.tiles.len() as u64);
         let draws = m.rops.is_there();
@@ -410,8 +418,9 @@ impl Kernels {
         }
         let pixels = u64::from(workload.width) * u64::from(workload.height);
         let mut end = image + pixels * m.blend.pixel.0;
-        if m.train.trains() {
-            end = make.train(workload, &warps, (&filtered, sectors), [0, sorted, image, end]);
+        if let Some(reverse) = &reverse {
+            let met = filtered.misses;
+            end = make.train(workload, &warps, (reverse, met, sectors), [0, sorted, image, end]);
         }
         let live = workload.counters.alpha_evaluations;
         let live = attached.as_ref().map_or(live, |work| work.reach[1]);
@@ -473,15 +482,16 @@ impl KernelMaker<'_> {
     }
 
     /// Kernels behind a frame that is trained on; `place` is where the scene, the lists and the
-    /// image begin, and what is behind it. Returns where everything ends.
+    /// image begin, and what is behind it; Gaussians are read as `reverse` says, and the sums of
+    /// `met` ones, in front of the stops, come and go. Returns where everything ends.
     fn train(
         &mut self,
         workload: &FrameWorkload,
         warps: &FrameWarps,
-        (filtered, sectors): (&Filtered, u64),
+        (reverse_reads, met_sums, sectors): (&Filtered, u64, u64),
         [scene, lists, image, end]: [u64; 4],
     ) -> u64 {
-        let (m, t) = (self.m, &self.m.train);
+        let (m, t) = (self.m, &self.m.training);
         let (points, [_, seen]) = (workload.counters.points, warps.gaussians);
         let pixels = u64::from(workload.width) * u64::from(workload.height);
         let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
@@ -490,12 +500,16 @@ impl KernelMaker<'_> {
         let stored = c.position.0 + c.shape.0 + c.colour.0 * workload.sh_degree.coefficients() / 16;
         let gaussians = end + pixels * t.loss_bytes.0;
         let parameters = gaussians + points * t.record.0;
-        let behind = parameters + points * (t.zeroed.0.max(stored) + 2 * stored);
+        let numbers = SteppedGaussians::numbers_of(workload.sh_degree);
+        let [found, moments] = [t.widths.gradient.0, 2 * t.widths.moment.0].map(|n| n * numbers);
+        let behind = parameters + points * (t.zeroed.0.max(found) + moments);
 
         let moved = [pixels * t.loss_bytes.0 / 2; 2];
         let instructions = of_warps(pixels) * u64::from(t.loss);
         self.even(KernelPart::Loss, instructions, moved, ([image, end], moved));
 
+        // The entry that stops a pixel is counted with the blends, and has no gradient.
+        let stopped: u64 = workload.tiles.iter().map(|tile| u64::from(tile.stopped)).sum();
         let words = t.record.0.div_ceil(4);
         let [evaluated, blended] = warps.pairs();
         // Five steps of a shuffle and an addition; a block adds sums of warps in shared memory.
@@ -508,7 +522,7 @@ impl KernelMaker<'_> {
         let atomics = words
             * match t.sum {
                 GradientSum::None => 0,
-                GradientSum::Pixel => workload.counters.blends,
+                GradientSum::Pixel => workload.counters.blends - stopped,
                 GradientSum::Warp => blended,
                 GradientSum::Block => met,
             };
@@ -527,18 +541,27 @@ impl KernelMaker<'_> {
             instructions: reverse.instructions([evaluated, blended]),
             exponentials: reverse.exponentials([evaluated, blended]),
             l2: [read + entries * sectors, atomics * m.l2.sector.0],
-            memory: [read + filtered.misses * (sectors + record), filtered.misses * record],
+            memory: [read + reverse_reads.misses * sectors + met_sums * record, met_sums * record],
             atomics,
             raster: [0; 2],
             place: [lists, gaussians],
             computes,
         });
 
+        let gaussians = SteppedGaussians {
+            points,
+            visible: seen,
+            sums: seen,
+            stored: [c.position.0 + c.shape.0, stored],
+            numbers: SteppedGaussians::numbers_of(workload.sh_degree),
+        };
         let [_, _, shaded] = warps.converting;
         // What is by the pose needs no colours, and is a few numbers.
         let (read, written) = match t.update {
             Updated::Pose => (c.position.0 + c.shape.0, 0),
-            Updated::All | Updated::Visible | Updated::None => (stored, stored),
+            Updated::All | Updated::Visible | Updated::None => {
+                (stored, gaussians.numbers * t.widths.gradient.0)
+            }
         };
         let both = [seen * (read + t.record.0), points * t.zeroed.0 + seen * written];
         self.even(
@@ -548,27 +571,19 @@ impl KernelMaker<'_> {
             ([scene, parameters], both),
         );
 
-        let gaussians = SteppedGaussians {
-            points,
-            touched: seen,
-            sums: seen,
-            stored: [c.position.0 + c.shape.0, stored],
-        };
-        let densified: u64 = densifying(t.densify, &gaussians).into_iter().sum();
-        if densified > 0 {
+        let densified = t.widths.densifying(t.densify, &gaussians);
+        if densified.bytes > 0 {
             // A number is compared and moved.
-            let instructions = of_warps(densified / 4) * SCANNED;
-            let both = [densified; 2];
+            let instructions = of_warps(densified.numbers) * SCANNED;
+            let both = [densified.bytes; 2];
             self.even(KernelPart::Update, instructions, both, ([parameters, parameters], both));
         }
         let updated = t.update.of(points, seen);
         if updated == 0 {
             return behind;
         }
-        let accesses = u64::from(t.accesses);
-        // One access more reads than writes: gradients come in alone.
-        let both = [accesses.div_ceil(2), accesses / 2].map(|n| updated * stored * n);
-        let instructions = of_warps(updated * stored / 4) * u64::from(t.step);
+        let both = t.widths.updated(&gaussians).map(|bytes| updated * bytes);
+        let instructions = of_warps(updated * gaussians.numbers) * u64::from(t.step);
         self.even(KernelPart::Update, instructions, both, ([parameters, scene], both));
         behind
     }
@@ -750,7 +765,7 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
             let computes = kernel.computes.iter().copied().max().unwrap_or(0);
             let cached =
                 kernel.l2.iter().sum::<u64>().div_ceil(u64::from(self.m.l2.bytes_per_cycle));
-            let added = self.m.train.adding(kernel.atomics, self.m.l2.bytes_per_cycle);
+            let added = self.m.training.adding(kernel.atomics, self.m.l2.bytes_per_cycle);
             let moved = arrivals.map(|arrival| self.memory.at(arrival));
             let [found, blended] = kernel.raster;
             // Within a kernel all of this overlaps; the next one begins when the slowest part is
@@ -879,9 +894,9 @@ fn through<O: Observer>(
     };
     let outcome = FlowOutcome {
         live_evaluations: kernels.live,
-        step: m.train.trains().then(|| {
+        step: m.training.trains().then(|| {
             let [.., loss, reverse, chain, update] = stream.parts;
-            StepSummary { loss, reverse, chain, update }
+            StepSummary { loss, reverse, chain, update, sums: [0; 2] }
         }),
         kernels: Some(KernelSummary {
             parts: stream.parts,

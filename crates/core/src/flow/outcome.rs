@@ -148,6 +148,9 @@ pub struct StepSummary {
     pub chain: u64,
     /// Cycles in which parameters are updated.
     pub update: u64,
+    /// Additions to sums of Gaussians in a cache, and those whose sum it has; 0 where machines have
+    /// none.
+    pub sums: [u64; 2],
 }
 
 impl StepSummary {
@@ -159,6 +162,7 @@ impl StepSummary {
             reverse: reverse - loss,
             chain: chain - reverse,
             update: update - chain,
+            sums: [0; 2],
         }
     }
 
@@ -173,6 +177,7 @@ impl StepSummary {
         self.reverse += other.reverse;
         self.chain += other.chain;
         self.update += other.update;
+        self.sums = [0, 1].map(|i| self.sums[i] + other.sums[i]);
     }
 }
 

@@ -13,6 +13,8 @@ use crate::kernel::blocks::MovedBlock;
 use crate::machine::Optional;
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::Phase;
+use powergs_frame::scene::ShDegree;
+use std::num::NonZeroU64;
 
 /// The `[training]` table: a frame is a step of training, with the loss, the lists in reverse and
 /// the update behind it.
@@ -37,9 +39,8 @@ pub struct TrainingSpec {
     pub chain: u32,
     /// Which Gaussians are updated.
     pub update: Updated,
-    /// Times that the update reads and writes as much as the parameters.
-    #[schemars(range(min = 0, max = 16), extend("x-unit" = "accesses"))]
-    pub accesses: u32,
+    /// Bytes of the numbers that the update takes through the memory.
+    pub widths: StepWidths,
     /// Operations of the update of a number.
     #[schemars(range(min = 1, max = 10000), extend("x-unit" = "operations"))]
     pub step: u32,
@@ -59,7 +60,7 @@ impl Default for TrainingSpec {
             loss: 450,
             chain: 420,
             update: Updated::All,
-            accesses: 7,
+            widths: StepWidths::default(),
             step: 12,
             densify: 0,
         }
@@ -76,7 +77,7 @@ pub(super) const TRAINING: Optional = Optional {
         "training.loss",
         "training.chain",
         "training.update",
-        "training.accesses",
+        "training.widths",
         "training.step",
         "training.densify",
     ],
@@ -127,27 +128,106 @@ pub type StepEnds = [u64; StepPart::ALL.len()];
 /// Blocks of Gaussians of which a unit takes one after the other.
 const BATCH: u64 = 256;
 
+/// A number in single precision.
+const WIDTH: Bytes = Bytes(4);
+
 /// Gaussians of a step.
 #[derive(Debug, Clone, Copy)]
 pub struct SteppedGaussians {
     /// All of the scene.
     pub points: u64,
-    /// Those with gradients.
-    pub touched: u64,
+    /// Those with a tile or region, whether a pixel of it blends them or not: for those the
+    /// published code finds gradients, and those are what `visible` updates.
+    pub visible: u64,
     /// What of their gradients is in memory, records.
     pub sums: u64,
-    /// Bytes of the geometry of one, and of all of it.
+    /// Bytes of the geometry of one in its record, and of all of it.
     pub stored: [u64; 2],
+    /// Numbers of one: position, scale, rotation, opacity and colour.
+    pub numbers: u64,
 }
+
+/// Numbers of position, scale, rotation and opacity.
+const GEOMETRY: u64 = 3 + 3 + 4 + 1;
+
+impl SteppedGaussians {
+    /// Numbers of a Gaussian of a scene of this degree.
+    pub fn numbers_of(degree: ShDegree) -> u64 {
+        GEOMETRY + 3 * degree.coefficients()
+    }
+}
+
+/// Bytes of the numbers of a Gaussian in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct StepWidths {
+    /// A number of a parameter, as the update reads and writes it. Records of other bytes are
+    /// written besides, as a copy.
+    pub parameter: Bytes,
+    /// A number of a gradient by a parameter.
+    pub gradient: Bytes,
+    /// A number of each of the two moments of Adam; 0 B for none.
+    pub moment: Bytes,
+}
+
+impl Default for StepWidths {
+    /// Single precision.
+    fn default() -> StepWidths {
+        StepWidths { parameter: WIDTH, gradient: WIDTH, moment: WIDTH }
+    }
+}
+
+impl StepWidths {
+    /// Bytes that the update of a Gaussian reads and writes: values, gradients and moments in, all
+    /// but gradients out, and its record where that is of other bytes than the values.
+    pub fn updated(&self, gaussians: &SteppedGaussians) -> [u64; 2] {
+        let n = gaussians.numbers;
+        let (values, moments) = (n * self.parameter.0, 2 * n * self.moment.0);
+        let copy = if values == gaussians.stored[1] { 0 } else { gaussians.stored[1] };
+        [values + n * self.gradient.0 + moments, values + moments + copy]
+    }
+
+    /// Numbers of a Gaussian that densification moves, and their bytes: values and moments.
+    fn moved(&self, gaussians: &SteppedGaussians) -> [u64; 2] {
+        let moments = if self.moment.0 > 0 { 2 } else { 0 };
+        let n = gaussians.numbers;
+        [n * (1 + moments), n * (self.parameter.0 + moments * self.moment.0)]
+    }
+
+    /// What densification does in a step of `every` from one to the next: two numbers of each
+    /// visible Gaussian, and the part of a step of moving values and moments of all of them.
+    pub fn densifying(&self, every: u32, gaussians: &SteppedGaussians) -> Densified {
+        let Some(every) = NonZeroU64::new(every.into()) else { return Densified::default() };
+        let [numbers, bytes] = self.moved(gaussians).map(|n| n * gaussians.points);
+        let visible = gaussians.visible;
+        Densified {
+            numbers: DENSITY_NUMBERS * visible + numbers.div_ceil(every.get()),
+            bytes: DENSITY_NUMBERS * WIDTH.0 * visible + bytes.div_ceil(every.get()),
+        }
+    }
+}
+
+/// What densification reads and writes in a step: as much out as in.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Densified {
+    /// Numbers.
+    pub numbers: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// The gradient by the screen, added up, and of how often.
+const DENSITY_NUMBERS: u64 = 2;
 
 impl TrainingSpec {
     /// What units do for the gradients by parameters, block by block.
     pub fn chain(&self, gaussians: &SteppedGaussians, units: usize) -> Vec<Vec<MovedBlock>> {
-        let SteppedGaussians { touched, sums, stored: [geometry, all], .. } = *gaussians;
+        let SteppedGaussians { visible, sums, stored: [geometry, all], numbers, .. } = *gaussians;
         let is_pose = self.update == Updated::Pose;
-        let (read, written) = if is_pose { (geometry, 0) } else { (all, all) };
-        let until = |n: u64| (u128::from(sums) * u128::from(n) / u128::from(touched)) as u64;
-        dealt(touched, units, |first, end| {
+        let found = numbers * self.widths.gradient.0;
+        let (read, written) = if is_pose { (geometry, 0) } else { (all, found) };
+        let until = |n: u64| (u128::from(sums) * u128::from(n) / u128::from(visible)) as u64;
+        dealt(visible, units, |first, end| {
             // What comes to a batch of what is spread over all.
             let (own, sums) = (end - first, until(end) - until(first));
             MovedBlock {
@@ -160,27 +240,27 @@ impl TrainingSpec {
 
     /// What units do for the update, block by block.
     pub fn update(&self, gaussians: &SteppedGaussians, units: usize) -> Vec<Vec<MovedBlock>> {
-        let updated = self.update.of(gaussians.points, gaussians.touched);
-        let accesses = u64::from(self.accesses);
+        let updated = self.update.of(gaussians.points, gaussians.visible);
+        let [read, write] = self.widths.updated(gaussians);
         let mut all = dealt(updated, units, |first, end| {
-            let bytes = (end - first) * gaussians.stored[1];
+            let own = end - first;
             MovedBlock {
-                items: bytes / 4 * u64::from(self.step),
-                read: bytes * accesses.div_ceil(2),
-                write: bytes * (accesses / 2),
+                items: own * gaussians.numbers * u64::from(self.step),
+                read: own * read,
+                write: own * write,
             }
         });
-        let [kept, moved] = densifying(self.densify, gaussians);
+        let Densified { numbers, bytes } = self.widths.densifying(self.densify, gaussians);
         let densified = dealt(gaussians.points, units, |first, end| {
-            let part = |bytes: u64| {
+            let part = |whole: u64| {
                 let until = |n: u64| {
-                    (u128::from(bytes) * u128::from(n)).div_ceil(u128::from(gaussians.points))
+                    (u128::from(whole) * u128::from(n)).div_ceil(u128::from(gaussians.points))
                         as u64
                 };
                 until(end) - until(first)
             };
-            let bytes = part(kept) + part(moved);
-            MovedBlock { items: bytes / 4, read: bytes, write: bytes }
+            // A number is compared and moved.
+            MovedBlock { items: part(numbers), read: part(bytes), write: part(bytes) }
         });
         if self.densify > 0 {
             all.iter_mut().zip(densified).for_each(|(unit, more)| unit.extend(more));
@@ -188,21 +268,6 @@ impl TrainingSpec {
         all
     }
 }
-
-/// Bytes that densification reads and writes in a step: two numbers of each Gaussian with a
-/// gradient, and the part of a step of moving values and two moments of all Gaussians.
-pub(super) fn densifying(every: u32, gaussians: &SteppedGaussians) -> [u64; 2] {
-    match u64::from(every) {
-        0 => [0; 2],
-        every => {
-            let moved = 3 * gaussians.points * gaussians.stored[1];
-            [DENSITY * gaussians.touched, moved.div_ceil(every)]
-        }
-    }
-}
-
-/// Bytes of the gradient by the screen, added up, and of how often.
-const DENSITY: u64 = 8;
 
 /// Blocks of so many Gaussians, dealt round over units.
 fn dealt(all: u64, units: usize, block: impl Fn(u64, u64) -> MovedBlock) -> Vec<Vec<MovedBlock>> {

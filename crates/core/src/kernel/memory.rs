@@ -100,6 +100,25 @@ impl Layout for Ranges {
     }
 }
 
+/// Cycles in which an idle memory answers a read: a row is opened and read, or what the machine says
+/// where it has no device or does not time it.
+///
+/// # Panics
+/// When the machine's model needs a device and [`Machine::link`] was never called.
+pub fn answers_in(machine: &Machine) -> u64 {
+    let seconds = match machine.dram.model {
+        DramModel::Bandwidth => machine.dram.latency.0 * 1e-9,
+        DramModel::Banked | DramModel::Calibrated => {
+            let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
+            let timing = &device.timing;
+            let ck = timing.precharge_to_activate + timing.activate_to_read + timing.read_data;
+            let all = f64::from(ck) + device.ck(device.controller.latency) as f64;
+            all * device.clock_period.0 * 1e-9
+        }
+    };
+    (seconds * machine.clock.0).ceil() as u64
+}
+
 /// The memory of one frame.
 pub struct Memory<'a, L: Layout> {
     layout: L,

@@ -180,6 +180,7 @@ impl Tile<'_> {
                 most = most.max(last.1);
                 work.alpha_evaluations += u64::from(last.1);
                 work.blends += u64::from(blended);
+                work.stopped += u32::from(stop != NEVER);
             }
         }
         if self.whole {

@@ -113,6 +113,7 @@ const UNLIKE_PARTS: [&[&str]; 4] = [
         "training.interval=2",
         "gradients.sum-cycles=2",
         "gradients.ways=8",
+        "gradients.misses=8",
         "gradients.operations-per-cycle=32",
         "fovea.accumulators=0",
     ],

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use powergs_base::config::embedded::MACHINES;
 use powergs_core::flow::gpu::blocks::{ThreadBlock, ends};
-use powergs_core::flow::gpu::cache::{FilterKey, Filtered};
+use powergs_core::flow::gpu::cache::{FilterKey, Filtered, ListReads::UntilStop};
 use powergs_core::flow::gpu::rops::Drawn;
 use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
 use powergs_core::flow::gpu::{Gpu, GpuKernel, KernelPart, Kernels, WARP};
@@ -136,8 +136,13 @@ fn the_cache_is_a_queue_of_what_came_last() {
     let machine = machine(&["blend.batch=32"]);
     let work = workload(&frame, machine.gpu());
     for capacity in [0, 500, 3000, 20_000, 1 << 30] {
-        let key =
-            FilterKey { capacity, entry: 4, feature: 96, whole: false, geometry: work.geometry };
+        let key = FilterKey {
+            capacity,
+            entry: 4,
+            feature: 96,
+            reads: UntilStop,
+            geometry: work.geometry,
+        };
         let mut queue: VecDeque<(Option<u32>, u64)> = VecDeque::new();
         let (mut held, mut found) = (0, Filtered::default());
         for tile in &work.tiles {
@@ -167,8 +172,13 @@ fn the_cache_is_a_queue_of_what_came_last() {
         assert!((ours.hits as f64 - found.hits as f64).abs() < 0.02 * all, "{capacity}: {ours:?}");
     }
     let all = |capacity| {
-        let key =
-            FilterKey { capacity, entry: 4, feature: 96, whole: false, geometry: work.geometry };
+        let key = FilterKey {
+            capacity,
+            entry: 4,
+            feature: 96,
+            reads: UntilStop,
+            geometry: work.geometry,
+        };
         Filtered::new(&work, &key)
     };
     let splats = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
@@ -293,33 +303,46 @@ fn a_step_moves_what_its_arrays_take() {
         (parts.map(both), sum(KernelPart::Backward, |k| k.atomics), work)
     };
     let (pixels, points) = (150 * 90, frame.facts.points);
-    let ([loss, backward, chain, update], atomics, work) = made(&["train.sum=pixel"]);
+    let ([loss, backward, chain, update], atomics, work) = made(&["training.sum=pixel"]);
     let seen = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
     let coefficients = (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
     let stored = 12 + 32 + 12 * coefficients;
     assert_eq!(loss, [60 * pixels; 2]);
     let (entries, tiles) = (work.list.len() as u64, work.tiles.len() as u64);
     let loaded: u64 = work.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
-    // Lists whole, Gaussians and their sums as often as the frame read them, in whole sectors.
-    assert_eq!(backward, [4 * entries + 8 * tiles + 20 * pixels + loaded * (96 + 64), loaded * 64]);
+    // Lists and their Gaussians whole, from the end; sums of what is in front of the stops, which
+    // alone is blended; all in whole sectors.
+    assert!(loaded < entries, "something lies behind the stops");
+    let (lists, sums) = (entries * (4 + 96) + 8 * tiles, loaded * 64);
+    assert_eq!(backward, [lists + 20 * pixels + sums, sums]);
+    let numbers = 11 + 3 * coefficients;
+    assert_eq!(stored, 4 * numbers);
     assert_eq!(chain, [seen * (stored + 36), 300 * points + seen * stored]);
     // GS-Scale: seven times 59 numbers of 4 B, 1,652 B, at degree 3.
     assert_eq!(update, [4 * stored * points, 3 * stored * points]);
     assert_eq!(7 * (12 + 32 + 12 * 16), 1652);
-    assert_eq!(atomics, 9 * work.counters.blends);
-    let (_, by_warp, _) = made(&["train.sum=warp"]);
-    let (_, by_block, _) = made(&["train.sum=block"]);
+    // What stops a pixel is counted with its blends, and has no gradient.
+    let stopped = frame.pixels.stop_rank.iter().filter(|stop| **stop != NEVER).count() as u64;
+    assert!(stopped > 0);
+    assert_eq!(atomics, 9 * (work.counters.blends - stopped));
+    let (_, by_warp, _) = made(&["training.sum=warp"]);
+    let (_, by_block, _) = made(&["training.sum=block"]);
     assert!(atomics > 4 * by_warp && by_warp > by_block && by_block % 9 == 0, "{by_warp}");
     assert!(by_block <= 9 * loaded);
-    let (parts, atomics, _) = made(&["train.sum=none"]);
+    let (parts, atomics, _) = made(&["training.sum=none"]);
     assert_eq!((parts, atomics), ([[0; 2]; 4], 0));
-    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=visible"]);
+    let ([.., update], _, _) = made(&["training.sum=warp", "training.update=visible"]);
     assert_eq!(update, [4 * stored * seen, 3 * stored * seen]);
-    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=none"]);
+    let ([.., update], _, _) = made(&["training.sum=warp", "training.update=none"]);
     assert_eq!(update, [0, 0]);
-    let ([.., update], _, _) = made(&["train.sum=warp", "train.update=none", "train.densify=10"]);
+    let ([.., update], _, _) =
+        made(&["training.sum=warp", "training.update=none", "training.densify=10"]);
     let own = 8 * seen + (3 * stored * points).div_ceil(10);
     assert_eq!(update, [own, own]);
+    // Without moments, and with parameters in half precision beside records in single.
+    let widths = ["training.widths.moment=0 B", "training.widths.parameter=2 B"];
+    let ([.., update], _, _) = made(&[&["training.sum=warp"], &widths[..]].concat());
+    assert_eq!(update, [(2 + 4) * numbers * points, (2 * numbers + stored) * points]);
 }
 
 #[test]
@@ -338,9 +361,14 @@ fn gpus_keep_the_laws() {
             &["l2.bytes-per-cycle=1", "l2.sector=64 B", "blend.feature=100 B"],
             &["radix.count=each-pass", "convert.cull=frustum", "pairs.test=ellipse"],
             &["blend.test=4", "blend.warp-width=8", "sm.special=1", "sm.float=1.0"],
-            &["train.sum=pixel", "train.atomics=0.05"],
-            &["train.sum=warp", "train.update=visible", "l2.capacity=64 KiB", "train.densify=9"],
-            &["train.sum=block", "dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
+            &["training.sum=pixel", "training.atomics=0.05"],
+            &[
+                "training.sum=warp",
+                "training.update=visible",
+                "l2.capacity=64 KiB",
+                "training.densify=9",
+            ],
+            &["training.sum=block", "dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["attached.impl=rows", "attached.lanes=3", "attached.clock=500 MHz"],
             &["attached.impl=box", "attached.overlap=none", "dram.latency=100 ns"],
             &[

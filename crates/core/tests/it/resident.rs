@@ -402,9 +402,11 @@ fn a_step_goes_once_more_through_the_lists() {
     let pixels = 150 * 90;
     let least = pixels * 500 / 426 / 2;
     assert!((least..2 * least).contains(&after.loss), "{} {least}", after.loss);
-    // Bytes: lists, Gaussians and pixels once more; sums out and in; seven times the parameters.
+    // Bytes: lists, Gaussians and pixels once more; sums out and in; values, gradients and two
+    // moments of all numbers, 4 B each, and the records, which have other widths.
     let (entries, splats) = (cut.entries.len() as u64, cut.index.len() as u64);
     let (stored, points) = (12 + 32 + 48, cut.counters.points);
+    let numbers = 11 + 3 * cut.sh_degree.coefficients();
     let more = |stage: usize| {
         let [a, b] = [&step, &plain].map(|outcome| outcome.served.stages[stage]);
         [a.read - b.read, a.write - b.write]
@@ -416,8 +418,8 @@ fn a_step_goes_once_more_through_the_lists() {
     assert_eq!(
         more(0),
         [
-            36 * entries + stored * splats + 4 * stored * points,
-            stored * splats + 3 * stored * points
+            36 * entries + stored * splats + 16 * numbers * points,
+            4 * numbers * splats + (12 * numbers + stored) * points
         ]
     );
     assert_eq!(more(1), [0, 0]);

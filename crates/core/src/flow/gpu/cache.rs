@@ -16,10 +16,21 @@ pub struct FilterKey {
     pub entry: u64,
     /// Bytes of a Gaussian, in whole sectors.
     pub feature: u64,
-    /// Whether lists are gone through to their ends, whatever stops.
-    pub whole: bool,
+    /// How lists are gone through.
+    pub reads: ListReads,
     /// Geometry of the workload.
     pub geometry: Geometry,
+}
+
+/// How the kernel goes through the list of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ListReads {
+    /// Until all pixels have stopped.
+    UntilStop,
+    /// To its end, whatever stops.
+    Whole,
+    /// All of it, from its end.
+    Reverse,
 }
 
 impl MemoKey for FilterKey {
@@ -45,8 +56,13 @@ impl Filtered {
         let (mut bytes, mut found) = (0_u64, Filtered::default());
         for tile in &workload.tiles {
             let (list, before) = (workload.list_of(tile), found.misses);
-            let read = if key.whole { list.len() } else { (tile.loaded as usize).min(list.len()) };
-            for &rank in &list[..read] {
+            let read = match key.reads {
+                ListReads::UntilStop => (tile.loaded as usize).min(list.len()),
+                ListReads::Whole | ListReads::Reverse => list.len(),
+            };
+            let is_reverse = key.reads == ListReads::Reverse;
+            for place in 0..read {
+                let rank = list[if is_reverse { read - 1 - place } else { place }];
                 bytes += key.entry;
                 let came = &mut came[rank as usize];
                 if *came != u64::MAX && bytes - *came < key.capacity {

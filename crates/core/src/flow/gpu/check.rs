@@ -27,10 +27,10 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
         ("blend.feature", m.blend.feature),
         ("blend.shared", m.blend.shared),
         ("blend.pixel", m.blend.pixel),
-        ("train.loss-bytes", m.train.loss_bytes),
-        ("train.state", m.train.state),
-        ("train.record", m.train.record),
-        ("train.zeroed", m.train.zeroed),
+        ("training.loss-bytes", m.training.loss_bytes),
+        ("training.state", m.training.state),
+        ("training.record", m.training.record),
+        ("training.zeroed", m.training.zeroed),
     ];
     for (key, size) in sizes {
         if size > SIZE_MAX {
@@ -102,8 +102,8 @@ fn rops(m: &Gpu, found: &mut Found) {
     }
     for (key, other) in [
         (
-            "train.sum",
-            m.train.trains().then_some("gradients are found by kernels that have blended"),
+            "training.sum",
+            m.training.trains().then_some("gradients are found by kernels that have blended"),
         ),
         ("attached.impl", m.attached.is_there().then_some("one of them blends")),
     ] {
@@ -133,10 +133,10 @@ fn attached(m: &Gpu, found: &mut Found) {
     if !a.is_there() {
         return;
     }
-    if m.train.trains() {
-        let message = "`attached.impl` contradicts `train.sum`: gradients are found by kernels \
+    if m.training.trains() {
+        let message = "`attached.impl` contradicts `training.sum`: gradients are found by kernels \
                        that have blended themselves; set `attached.impl` = \"none\", or \
-                       `train.sum` = \"none\"";
+                       `training.sum` = \"none\"";
         found.add("attached.impl", message.to_owned());
         found.ends_with("attached.impl", "none");
     }

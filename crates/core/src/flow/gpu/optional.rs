@@ -20,22 +20,23 @@ const ATTACHED: Optional = Optional {
 
 const TRAINS: Optional = Optional {
     what: "kernels that train",
-    switch: "train.sum",
+    switch: "training.sum",
+    // The first as that of other dataflows: what both have is said of theirs.
     keys: &[
-        "train.update",
-        "train.loss",
-        "train.loss-bytes",
-        "train.state",
-        "train.gradient",
-        "train.record",
-        "train.atomics",
-        "train.zeroed",
-        "train.chain",
-        "train.accesses",
-        "train.step",
-        "train.densify",
+        "training.state",
+        "training.update",
+        "training.loss",
+        "training.loss-bytes",
+        "training.gradient",
+        "training.record",
+        "training.atomics",
+        "training.zeroed",
+        "training.chain",
+        "training.widths",
+        "training.step",
+        "training.densify",
     ],
-    with: &["train.sum=pixel", "train.atomics=0.05"],
+    with: &["training.sum=pixel", "training.atomics=0.05"],
     is_there: |m| m.of_type::<TrainSpec>().trains(),
 };
 

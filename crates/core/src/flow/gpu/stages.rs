@@ -103,7 +103,7 @@ pub const SM_DECL: StageDecl = StageDecl {
             Bias::Optimistic,
             "A144",
         )
-        .by("train.densify = 0", |m| {
+        .by("training.densify = 0", |m| {
             let train = m.of_type::<TrainSpec>();
             train.trains() && train.densify == 0
         }),
@@ -114,7 +114,7 @@ pub const SM_DECL: StageDecl = StageDecl {
         "streaming multiprocessors (SM)",
         Phase::Rendering,
         "Multiprocessors of a GPU: they run the kernels that convert, pair, sort and blend. Keys: \
-         `sm`, `convert`, `pairs`, `radix`, `blend`, `train`.",
+         `sm`, `convert`, `pairs`, `radix`, `blend`, `training`.",
     )
 };
 

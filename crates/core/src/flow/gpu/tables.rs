@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::attached::{AttachedImpl, AttachedOverlap, AttachedSpec};
 pub use super::rops::{RopImpl, RopSpec};
+use crate::flow::steps::StepWidths;
 use crate::machine::Machine;
 use crate::workload::{Cull, FrameDetail, Geometry};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
@@ -35,7 +36,7 @@ pub struct Gpu {
     pub blend: BlendSpec,
     /// Kernels that train.
     #[serde(default)]
-    pub train: TrainSpec,
+    pub training: TrainSpec,
     /// A unit that blends in place of a kernel.
     #[serde(default)]
     pub attached: AttachedSpec,
@@ -47,7 +48,7 @@ pub struct Gpu {
 crate::flow::flow_tables!(
     Gpu,
     super::GpuFlow,
-    [sm, l2, bus, launch, convert, pairs, radix, blend, train, attached, rops]
+    [sm, l2, bus, launch, convert, pairs, radix, blend, training, attached, rops]
 );
 
 impl Machine {
@@ -257,7 +258,7 @@ pub struct BlendSpec {
 /// Bytes that a slice of the L2 cache moves in a cycle.
 const SLICE: f64 = 64.0;
 
-/// The `[train]` table: a frame is a step of training, with the loss, the gradients and the update
+/// The `[training]` table of a GPU: a frame is a step of training, with the loss, the gradients and the update
 /// behind it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
@@ -287,10 +288,8 @@ pub struct TrainSpec {
     /// Instructions of one with a tile: from these gradients to those by its parameters.
     #[schemars(range(min = 0, max = 100000), extend("x-unit" = "instructions"))]
     pub chain: u32,
-    /// Times that the update reads and writes as much as the parameters: values, gradients and two
-    /// moments in, all but gradients out.
-    #[schemars(range(min = 0, max = 16), extend("x-unit" = "accesses"))]
-    pub accesses: u32,
+    /// Bytes of the numbers that the update takes through the memory.
+    pub widths: StepWidths,
     /// Instructions of the update of a number.
     #[schemars(range(min = 1, max = 10000), extend("x-unit" = "instructions"))]
     pub step: u32,
@@ -314,7 +313,7 @@ impl Default for TrainSpec {
             atomics: 1.0,
             zeroed: Bytes(300),
             chain: 700,
-            accesses: 7,
+            widths: StepWidths::default(),
             step: 16,
             densify: 0,
         }
@@ -341,7 +340,7 @@ pub enum GradientSum {
 pub enum Updated {
     /// Every one: moments change without a gradient too.
     All,
-    /// Those with a tile.
+    /// Those with a tile or region, whether a pixel blends them or not.
     Visible,
     /// None: gradients alone are found.
     None,

@@ -81,9 +81,10 @@ impl Step {
         }
         let gaussians = SteppedGaussians {
             points: frame.counters.points,
-            touched: frame.index.len() as u64,
+            visible: frame.index.len() as u64,
             sums: frame.entries.len() as u64,
             stored: [g.position.0 + g.shape.0, g.position.0 + g.shape.0 + g.colour.0],
+            numbers: SteppedGaussians::numbers_of(frame.sh_degree),
         };
         parts[2] = t.chain(&gaussians, fronts);
         parts[3] = t.update(&gaussians, fronts);

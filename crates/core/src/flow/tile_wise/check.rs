@@ -388,11 +388,13 @@ fn gradients(m: &TileWise, found: &mut Found) {
         ("gradients.cache.capacity", "gradients.cache.word", &g.cache),
     ];
     for (capacity, word, buffer) in buffers {
-        if !(1..=SIZE_MAX.0).contains(&buffer.capacity.0) {
+        // Without a cache there are no sums on chip.
+        let least = u64::from(capacity != "gradients.cache.capacity");
+        if !(least..=SIZE_MAX.0).contains(&buffer.capacity.0) {
             let message =
-                format!("`{capacity}` = {} must be from 1 B to {SIZE_MAX}", buffer.capacity);
+                format!("`{capacity}` = {} must be from {least} B to {SIZE_MAX}", buffer.capacity);
             found.add(capacity, message);
-        } else if !(1..=buffer.capacity.0).contains(&buffer.word.0) {
+        } else if buffer.capacity.0 > 0 && !(1..=buffer.capacity.0).contains(&buffer.word.0) {
             let message = format!(
                 "`{word}` = {} must be from 1 B to the capacity, {}",
                 buffer.word, buffer.capacity

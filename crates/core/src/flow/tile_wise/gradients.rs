@@ -20,9 +20,9 @@ use super::resolved::ResolvedUnits;
 use super::vru::{ALPHA, FEATURE};
 use super::{FrameContext, STREAMS, TileWise};
 use crate::flow::steps::{StepPart, SteppedGaussians, TrainingSpec};
-use crate::kernel::MemoKey;
 use crate::kernel::blocks::{BlockMove, BlockStream, MovedBlock};
 use crate::kernel::stream::{StreamId, reads, writes};
+use crate::kernel::{MemoKey, memory};
 use crate::machine::{BufferSpec, Machine, Ports};
 use crate::stage::{
     Bias, StageDecl, buffer, buffer_id, double, omit, part, sram_read, sram_write, stage_id, work,
@@ -58,13 +58,18 @@ pub struct GradientsSpec {
     /// Pixels of a tile that go forward and back together: of so many blends are kept.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels"))]
     pub pixels: u32,
+    /// Sums that a core has on their way from memory at a time: further ones wait for as long as
+    /// an idle memory takes to answer.
+    #[schemars(range(min = 1, max = 4096), extend("x-unit" = "sums"))]
+    pub misses: u32,
     /// Ways of a set of the cache of sums.
     #[schemars(range(min = 1, max = 64), extend("x-unit" = "ways"))]
     pub ways: u32,
     /// On chip: what is kept of two such groups of each core; what does not fit goes through the
     /// memory.
     pub buffer: BufferSpec,
-    /// On chip: sums of Gaussians.
+    /// On chip: sums of Gaussians, for all cores; 0 B for none, and every addition goes through
+    /// the memory. A core has its share of the accesses that the banks make in a cycle.
     pub cache: BufferSpec,
 }
 
@@ -84,6 +89,7 @@ impl Default for GradientsSpec {
             operations_per_cycle: 128,
             kept: Bytes(16),
             pixels: 256,
+            misses: 16,
             ways: 4,
             buffer: buffer(32),
             cache: buffer(32),
@@ -107,8 +113,12 @@ pub const GRADIENTS: StageDecl = StageDecl {
             memory(m, |spec| spec.buffer.shared(m.tiles().vru.cores))
         })
         .full(),
-        buffer("gradient_sums", "gradients.cache", |m| memory(m, |spec| spec.cache.shared(1)))
-            .full(),
+        buffer("gradient_sums", "gradients.cache", |m| {
+            let has_cache = m.of_type::<GradientsSpec>().has_cache();
+            let memory = memory(m, |spec| spec.cache.shared(1));
+            if has_cache { memory } else { Memory { bank: Bytes(0), banks: 0, ..memory } }
+        })
+        .full(),
     ],
     streams: &[
         reads(
@@ -132,6 +142,9 @@ pub const GRADIENTS: StageDecl = StageDecl {
         part("lanes", "Lanes over the cycles of each: `training.interval`.", lanes),
         part("operations", "Operations a cycle: `gradients.operations-per-cycle`.", operations),
         part("sums", "Sums a cycle: the inverse of `gradients.sum-cycles`.", sums),
+        part("misses", "Sums on their way: `gradients.misses`.", |m| {
+            m.of_type::<GradientsSpec>().misses.into()
+        }),
         part("ways", "Tags that are compared for a sum: `gradients.ways`.", |m| {
             m.of_type::<GradientsSpec>().ways.into()
         }),
@@ -142,9 +155,10 @@ pub const GRADIENTS: StageDecl = StageDecl {
     doubles: &[
         double("gradients.lanes", &["gradients.lanes"], &["A146"]),
         double("gradients.cache", &["gradients.cache.capacity"], &["A146"]),
+        double("gradients.misses", &["gradients.misses"], &["A146"]),
     ],
     omits: &[
-        omit("tiles of two cores that have the same Gaussian", Bias::Optimistic, "A146"),
+        omit("two cores that add to the sum of one Gaussian at once", Bias::Optimistic, "A146"),
         omit(
             "densification: Gaussians that are cloned, split and removed",
             Bias::Optimistic,
@@ -252,7 +266,31 @@ pub struct FrameSums {
     pub left: u64,
 }
 
+impl GradientsSpec {
+    /// Whether there is a cache of sums.
+    pub fn has_cache(&self) -> bool {
+        self.cache.capacity.0 > 0
+    }
+
+    /// Cycles of a core for so many additions to sums of so many bytes, when all cores have their
+    /// share of the banks: a sum is read and written back.
+    fn through_banks(&self, additions: u64, record: u64, cores: u64) -> u64 {
+        let accesses = match self.cache.ports {
+            Ports::ReadOrWrite => 2,
+            Ports::ReadAndWrite => 1,
+        };
+        let words = additions * record.div_ceil(self.cache.word.0.max(1)) * accesses;
+        (words * cores).div_ceil(u64::from(self.cache.banks.max(1)))
+    }
+}
+
 impl FrameSums {
+    /// Additions, and those of them whose sum the cache has.
+    pub fn found(&self) -> [u64; 2] {
+        let additions: u64 = self.tiles.iter().map(|tile| tile.met).sum();
+        [additions, additions - self.moved[0].len() as u64]
+    }
+
     /// Adds up a frame, tiles in the order of the schedule, each from the back.
     pub fn new(workload: &FrameWorkload, key: &SumKey) -> FrameSums {
         let all = 0..workload.tiles.len();
@@ -295,11 +333,42 @@ fn met(workload: &FrameWorkload, tile: usize) -> Vec<u32> {
     (0..last).rev().filter(is_met).map(slot).collect()
 }
 
+/// Pairs of a tile that have gradients: the entry that stops a pixel is counted with the blends, and
+/// leaves nothing.
+fn gradients(tile: &TileWork) -> u64 {
+    tile.blends - u64::from(tile.stopped)
+}
+
+/// The gradient units of a machine.
+#[derive(Debug, Clone)]
+pub struct GradientUnits {
+    /// What a step is.
+    pub training: TrainingSpec,
+    /// The units.
+    pub spec: GradientsSpec,
+    /// Cycles in which an idle memory answers.
+    pub answer: u64,
+}
+
+impl GradientUnits {
+    /// Of a machine; `None` where it does not train.
+    pub(super) fn of(machine: &Machine) -> Option<GradientUnits> {
+        let m = machine.tiles();
+        (m.training.interval > 0).then(|| GradientUnits {
+            training: m.training.clone(),
+            spec: m.gradients.clone(),
+            answer: memory::answers_in(machine),
+        })
+    }
+}
+
 /// What the gradient units of a machine do in a frame.
 pub(super) struct GradientWork<'a> {
     workload: &'a FrameWorkload,
     training: TrainingSpec,
     spec: GradientsSpec,
+    /// Cycles in which an idle memory answers.
+    answer: u64,
     sums: &'a FrameSums,
     gaussians: SteppedGaussians,
     cores: usize,
@@ -316,19 +385,22 @@ impl<'a> GradientWork<'a> {
         units: &ResolvedUnits,
         context: &FrameContext<'a>,
     ) -> Option<GradientWork<'a>> {
-        let (sums, (training, spec)) = (context.sums?, units.gradients.as_ref()?);
+        let (sums, resolved) = (context.sums?, units.gradients.as_ref()?);
+        let GradientUnits { training, spec, answer } = resolved;
         let record = &units.ccu.record;
         let geometry = record.position.0 + record.geometry.0;
         Some(GradientWork {
             workload,
             training: training.clone(),
             spec: spec.clone(),
+            answer: *answer,
             sums,
             gaussians: SteppedGaussians {
                 points: workload.counters.points,
-                touched: sums.touched,
+                visible: workload.index.len() as u64,
                 sums: sums.touched,
                 stored: [geometry, geometry + record.colour.0],
+                numbers: SteppedGaussians::numbers_of(workload.sh_degree),
             },
             cores: units.vru.spec.cores as usize,
             entry: units.ccu.entry,
@@ -361,7 +433,7 @@ impl<'a> GradientWork<'a> {
         let room = self.spec.buffer.capacity.0 / self.cores as u64 / 2;
         // Blends are taken to be spread evenly over the groups.
         let groups = u64::from(tile.pixels.div_ceil(self.spec.pixels)).max(1);
-        (tile.blends * self.spec.kept.0).saturating_sub(groups * room)
+        (gradients(tile) * self.spec.kept.0).saturating_sub(groups * room)
     }
 
     /// Bytes of lists, pixels and what is kept that a tile reads one after the other; those of
@@ -389,11 +461,19 @@ impl<'a> GradientWork<'a> {
             false => 0,
         };
         let lanes = self.pairs(work) * u64::from(self.training.interval);
+        let record = self.training.record.0;
+        let fetched = sums.moved[0].len() as u64;
+        let banks = match self.spec.has_cache() {
+            true => self.spec.through_banks(sums.met, record, self.cores as u64),
+            false => 0,
+        };
         let cycles = lanes
             .div_ceil(u64::from(self.spec.lanes))
             .max(sums.met * u64::from(self.spec.sum_cycles))
+            .max(banks)
+            // So many are on their way at a time, each for as long as the memory takes.
+            .max((fetched * self.answer).div_ceil(u64::from(self.spec.misses)))
             .max(loss.div_ceil(u64::from(self.spec.operations_per_cycle)));
-        let record = self.training.record.0;
         let [fetched, left] = [0, 1].map(|way: usize| sums.moved[way].len() as u64 * record);
         // Written while the tile is rendered, and read again with the rest of its `run`.
         let spilled = if self.spec.behind { self.spilled(work) } else { 0 };
@@ -406,7 +486,7 @@ impl<'a> GradientWork<'a> {
 
     /// Pairs of a pixel and a Gaussian that lanes take of a tile.
     fn pairs(&self, tile: &TileWork) -> u64 {
-        if self.spec.behind { tile.blends } else { tile.alpha_evaluations }
+        if self.spec.behind { gradients(tile) } else { tile.alpha_evaluations }
     }
 
     /// What a tile reads or writes lies here; its bytes from `run` on are of these.
@@ -487,7 +567,7 @@ impl<'a> GradientWork<'a> {
     pub(super) fn charge(&self, all: &mut ActionCounts) {
         let record = self.training.record.0;
         let sum = |of: fn(&TileWork) -> u64| self.workload.tiles.iter().map(of).sum::<u64>();
-        let (blends, pixels) = (sum(|tile| tile.blends), sum(|tile| tile.pixels.into()));
+        let (blends, pixels) = (sum(gradients), sum(|tile| tile.pixels.into()));
         let met: u64 = self.sums.tiles.iter().map(|tile| tile.met).sum();
         let [fetched, left] = [0, 1].map(|way: usize| self.sums.moved[way].len() as u64);
         let stage = Phase::Rendering;
@@ -495,8 +575,10 @@ impl<'a> GradientWork<'a> {
         all.charge(stage, ALPHA, self.again());
         all.charge(stage, SUM, met);
         all.charge(stage, OPERATION, pixels * u64::from(self.training.loss));
-        all.charge(stage, sram_read(SUMS), (met + left + self.sums.left) * record);
-        all.charge(stage, sram_write(SUMS), (met + fetched) * record);
+        if self.spec.has_cache() {
+            all.charge(stage, sram_read(SUMS), (met + left + self.sums.left) * record);
+            all.charge(stage, sram_write(SUMS), (met + fetched) * record);
+        }
         let features = sum(|tile| tile.loaded.into());
         let (kept, features) = match self.spec.behind {
             true => (blends * self.spec.kept.0 + pixels * (self.pixel + self.training.state.0), 0),

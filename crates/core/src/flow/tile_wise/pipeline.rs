@@ -375,7 +375,12 @@ pub(crate) fn run<O: Observer>(
     if agents.work.is_some() {
         agents.account(frame, shared.observer);
         let ends = gradient_stage::follow(&mut agents, frame, &mut shared);
-        (end, step) = (ends[StepPart::Update as usize], Some(StepSummary::between(frame, ends)));
+        let sums = match (machine.tiles().gradients.has_cache(), context.sums) {
+            (true, Some(sums)) => sums.found(),
+            _ => [0; 2],
+        };
+        end = ends[StepPart::Update as usize];
+        step = Some(StepSummary { sums, ..StepSummary::between(frame, ends) });
     }
     let shared = finish(&mut agents, end, shared);
     Outcome { step, ..outcome(&agents, preprocessing_end, end, shared) }

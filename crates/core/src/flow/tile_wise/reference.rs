@@ -69,6 +69,7 @@ pub(super) fn refer(reference: &mut Machine) {
     *kept = Bytes(kept.0 / u64::from(m.vru.cores.max(1)) * u64::from(CORES));
     let g = &mut m.gradients;
     (g.lanes, g.sum_cycles, g.operations_per_cycle) = (1 << 12, 1, 1 << 16);
+    (g.misses, g.cache.banks) = (1 << 12, 1 << 12);
     let vru = &mut m.vru;
     (vru.cores, vru.units_per_core) = (CORES, UNITS_PER_CORE.max(m.geometry.subtiles()));
     (vru.pixels_per_unit, vru.latency, vru.recurrence, vru.blend_stall) = (4, 16, 4, 0);

@@ -1,13 +1,12 @@
 //! Resolved unit parameters: a machine as its units, with the share of each buffer that one unit or
 //! core has to itself.
 
-use crate::flow::steps::TrainingSpec;
 use crate::flow::tile_wise::BinningImpl;
-use crate::flow::tile_wise::GradientsSpec;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::bsu::Bsu;
 use crate::flow::tile_wise::ccu::Ccu;
 use crate::flow::tile_wise::colour::Colour;
+use crate::flow::tile_wise::gradients::GradientUnits;
 use crate::flow::tile_wise::qsu::Qsu;
 use crate::flow::tile_wise::rules::UnitRules;
 use crate::flow::tile_wise::subtiles::Discipline;
@@ -53,7 +52,7 @@ pub struct ResolvedUnits {
     /// Bytes of a word of the feature cache.
     pub cache_word: u64,
     /// What gradient units do; `None` on machines that do not train.
-    pub gradients: Option<(TrainingSpec, GradientsSpec)>,
+    pub gradients: Option<GradientUnits>,
     /// The rules of the units.
     pub rules: UnitRules,
 }
@@ -164,8 +163,7 @@ impl ResolvedUnits {
             dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
             shares,
             cache_word: machine.tiles().cache.word.0,
-            gradients: (machine.tiles().training.interval > 0)
-                .then(|| (machine.tiles().training.clone(), machine.tiles().gradients.clone())),
+            gradients: GradientUnits::of(machine),
             rules: machine.tiles().rules.clone(),
         }
     }

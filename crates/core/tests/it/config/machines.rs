@@ -4,8 +4,8 @@ use expect_test::expect_file;
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
-use powergs_core::flow;
 use powergs_core::flow::tile_wise::Fetch;
+use powergs_core::flow::{self, Dataflow};
 use powergs_core::machine::Machine;
 use powergs_core::machine::Optional;
 
@@ -238,7 +238,10 @@ fn keys_of_parts_that_are_not_there_are_refused() {
         let docs = key_docs::<Machine>();
         let own = docs.iter().filter(of_part).find(|doc| doc.path != part.switch);
         let own = own.unwrap_or_else(|| panic!("{}: no key", part.what));
-        let flow = flow::of_table(part.keys[0].split('.').next().expect("a table"));
+        let is_own = |flow: &&dyn Dataflow| {
+            flow.optional().iter().any(|own| (own.what, own.switch) == (part.what, part.switch))
+        };
+        let flow = flow::all().find(is_own);
         let file = flow.and_then(flow::example).map_or(gscore(), |file| file.text);
         let machine = Machine::parse_with(file, &sets(part.with));
         let table = machine.unwrap_or_else(|e| panic!("{}: {e}", part.what)).stated();

@@ -5,7 +5,7 @@ use std::{iter, slice};
 
 use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
-use powergs_core::flow;
+use powergs_core::flow::{self, Dataflow};
 use powergs_core::machine::Machine;
 use powergs_core::machine::Optional;
 use rayon::prelude::*;
@@ -35,10 +35,8 @@ impl Base {
     /// Whether its dataflow has such a key.
     fn may_have(&self, doc: &KeyDoc) -> bool {
         let table = doc.path.split('.').next().unwrap_or_default();
-        let flow = flow::of_table(table);
-        // Some tables are of several dataflows.
-        self.values.contains_key(table)
-            || flow.is_none_or(|flow| Some(flow.key()) == self.values["dataflow"].as_str())
+        let own = self.values["dataflow"].as_str().and_then(|name| flow::named(name).ok());
+        flow::of_table(table).is_none() || flow::has_key(own.expect("it has one"), &doc.path)
     }
 
     /// Whether its tables say the rate of its memory.
@@ -144,11 +142,12 @@ fn every_part_can_be_added_to_a_machine() {
         let can = |file: &Embedded| {
             let has =
                 |sets: &[String]| Machine::parse_with(file.text, sets).map(|m| (part.is_there)(&m));
-            let table = part.keys[0].split('.').next().unwrap_or_default();
-            let of_flow =
-                |m: &Machine| flow::of_table(table).is_none_or(|f| f.key() == m.flow().key());
+            let is_own = |flow: &dyn Dataflow| {
+                flow.optional().iter().any(|own| (own.what, own.switch) == (part.what, part.switch))
+            };
             let machine = Machine::parse(file.text).expect("it comes with the program");
-            of_flow(&machine) && has(&[]) == Ok(false) && has(&with) == Ok(true)
+            let is_common = !flow::all().any(is_own);
+            (is_common || is_own(machine.flow())) && has(&[]) == Ok(false) && has(&with) == Ok(true)
         };
         assert!(MACHINES.iter().any(can), "{}", part.what);
     }

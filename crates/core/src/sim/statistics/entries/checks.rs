@@ -151,6 +151,11 @@ pub(super) fn step(list: &mut List) {
     time("reverse", "Time in which lists are gone through in reverse.", |s| s.reverse);
     time("chain", "Time in which gradients by parameters are found.", |s| s.chain);
     time("update", "Time in which parameters are updated.", |s| s.update);
+    let text = "Share of the additions to sums of Gaussians whose sum is in the cache, 0 to 1.";
+    real(list, "step.sum_hit_frac", "1", text, |f, _| {
+        let [additions, found] = f.cycle()?.step.as_ref()?.sums;
+        share(found, additions)
+    });
     let flows = || [gpu::FLOW, resident::FLOW, tile_wise::FLOW].map(|own| own.flow.key()).to_vec();
     list[first..].iter_mut().for_each(|statistic| statistic.flows = flows());
 }
