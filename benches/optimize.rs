@@ -73,7 +73,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         display: &display,
         renderer: &Processor,
         oracle: &oracle,
-        screen: None,
+        screens: None,
         lpips: None,
         settings: &settings,
     };

@@ -63,7 +63,7 @@ start() {
     "$@" &
 }
 
-levels=(--foveated --quality H,M,L --study lambda)
+levels=(--foveated --screen powergs --quality H,M,L --study lambda)
 medium=(--quality M)
 own=(--reference self "${medium[@]}")
 photos=$scenes/fox-posed

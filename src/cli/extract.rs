@@ -7,11 +7,10 @@ use std::sync::Arc;
 use serde_json::json;
 use tempfile::NamedTempFile;
 
-use super::gaze::{note_default, note_missing};
 use super::output_file::OutputArgs;
 use super::progress::{ProgressCounts, WatchedProgress};
 use super::scene_file::{OrderArgs, Shown, ShownArgs};
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, gaze, out};
 use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_core::run::{Frames, RunError};
@@ -55,8 +54,7 @@ pub fn run(args: &ExtractArgs, context: &Context) -> Result<Exit, Failure> {
     args.order.sort_shown(&mut scene);
     let gazes = args.shown.gaze.of_views(&cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
-        note_default(context, &args.shown.gaze);
-        note_missing(context, &cameras, &gazes);
+        gaze::note(context, &args.shown.gaze, &cameras, &gazes);
     }
     let header = TraceHeader {
         generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),

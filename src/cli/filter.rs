@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::gaze::of_picture;
 use super::output_file::Overwrite;
 use super::picture_file::PictureArgs;
 use super::render::write_png;
@@ -29,10 +30,11 @@ pub struct FilterArgs {
     #[arg(long, value_name = "X,Y", default_value = "0.5,0.5", value_parser = pair)]
     #[arg(allow_hyphen_values = true)]
     pub gaze: (f64, f64),
-    /// Horizontal field of view, degrees
-    #[arg(long, value_name = "DEGREES|NAME", default_value_t = 90.0, allow_hyphen_values = true)]
+    /// Horizontal field of view of the picture, degrees, or powergs (90), wide-100, wide-110
+    /// [default: powergs]
+    #[arg(long, value_name = "DEGREES|NAME", allow_hyphen_values = true)]
     #[arg(value_parser = super::gaze::field_of_view)]
-    pub fov: f64,
+    pub fov: Option<f64>,
     /// The PNG file to write [default: IMAGE-d22.png beside the picture]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
@@ -63,7 +65,8 @@ const PIXEL: u64 = 16;
 pub fn run(args: &FilterArgs, context: &Context) -> Result<Exit, Failure> {
     let output = args.output.clone().unwrap_or_else(|| beside(&args.shown.image));
     args.overwrite.check(&output)?;
-    let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
+    let fov_deg = of_picture(args.fov, context);
+    let gaze = Gaze::new(args.gaze.0, args.gaze.1, fov_deg).or_exit(Exit::Usage, "filter")?;
     let display = inputs::display(&args.shown.preset)?;
     let picture = args.shown.read(PIXEL, context)?;
     let filtered = Filter::new(&display).apply(&picture, &gaze);
@@ -76,7 +79,7 @@ pub fn run(args: &FilterArgs, context: &Context) -> Result<Exit, Failure> {
             "file": output.display().to_string(),
             "preset": display.name,
             "gaze": [args.gaze.0, args.gaze.1],
-            "fov_deg": args.fov,
+            "fov_deg": fov_deg,
             "power_before_w": before,
             "power_after_w": after,
             "saving": saving,

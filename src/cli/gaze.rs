@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::filter::pair;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_frame::fovea::{GazeStream, REGIONS, Screen, ScreenGaze};
+use powergs_frame::fovea::{GazeStream, REGIONS, Screen, ScreenGaze, ScreenRule, ScreenWidth};
 use powergs_frame::scene::Eye;
 use powergs_scene::Camera;
 use powergs_scene::gaze::{GazeSource, ViewGazeError, gazes, missing_regions};
@@ -34,10 +34,11 @@ pub struct GazeArgs {
     /// Which eye of the stream: views of --stereo have their own
     #[arg(long, value_enum, default_value = "left")]
     pub eye: EyeArg,
-    /// The virtual screen: its width in degrees, or powergs (90), wide-100, wide-110
-    #[arg(long, value_name = "DEGREES|NAME", default_value = "powergs")]
-    #[arg(value_parser = Screen::parse, allow_hyphen_values = true)]
-    pub screen: Screen,
+    /// The virtual screen: camera, as wide as the camera of each view sees; its width in degrees;
+    /// or powergs (90, as published), wide-100, wide-110
+    #[arg(long, value_name = "DEGREES|NAME", default_value = "camera")]
+    #[arg(value_parser = ScreenWidth::parse, allow_hyphen_values = true)]
+    pub screen: ScreenWidth,
     /// Pooling angle per squared eccentricity, 1/rad: larger, and small images have all levels
     #[arg(long, value_name = "RATE", default_value_t = Screen::PUBLISHED.pooling_rate)]
     #[arg(allow_hyphen_values = true)]
@@ -51,6 +52,21 @@ pub enum EyeArg {
     Left,
     /// The right one.
     Right,
+}
+
+/// The field of view of a picture, degrees. No file of a picture says it: without `given` that of
+/// the published screen is taken, which is said.
+pub fn of_picture(given: Option<f64>, context: &Context) -> f64 {
+    given.unwrap_or_else(|| {
+        let published = Screen::PUBLISHED.fov_deg;
+        if !context.global.quiet {
+            out::complain(format_args!(
+                "note: the picture is taken as {published} degrees wide; --fov gives what its \
+                 camera saw"
+            ));
+        }
+        published
+    })
 }
 
 /// Degrees, or the name of a screen. What cannot be is refused where it is used.
@@ -72,13 +88,17 @@ impl GazeArgs {
         self.gaze.is_some() || self.gaze_cycle.is_some() || self.gaze_stream.is_some()
     }
 
+    /// On which screen each view is shown.
+    fn rule(&self) -> ScreenRule {
+        ScreenRule { width: self.screen, pooling_rate: self.pooling_rate }
+    }
+
     /// Where the viewer looks in each of the views.
     ///
     /// # Errors
     /// Exit code 2 for a gaze or a screen that cannot be, 3 for a stream that cannot be read or has
     /// a gap.
     pub fn of_views(&self, cameras: &[Camera]) -> Result<Vec<ScreenGaze>, Failure> {
-        let screen = Screen { pooling_rate: self.pooling_rate, ..self.screen };
         let file = self.gaze_stream.as_ref().map(|path| path.display().to_string());
         let file = file.unwrap_or_default();
         let stream = self.gaze_stream.as_deref().map(stream).transpose()?;
@@ -95,7 +115,7 @@ impl GazeArgs {
             (None, Some(n)) => GazeSource::Cycle(usize::from(n)),
             (None, None) => GazeSource::Point(self.gaze.unwrap_or((0.5, 0.5)).into()),
         };
-        gazes(source, screen, cameras).map_err(|error| {
+        gazes(source, self.rule(), cameras).map_err(|error| {
             let (exit, place) = match &error {
                 ViewGazeError::Screen(_) => (Exit::Usage, "--screen, --pooling-rate"),
                 ViewGazeError::Point(_) => (Exit::Usage, "--gaze"),
@@ -113,21 +133,41 @@ fn stream(path: &Path) -> Result<GazeStream, Failure> {
     GazeStream::parse(&text).or_exit(Exit::BadInput, &shown)
 }
 
-/// Says which levels no view shows.
-pub fn note_missing(context: &Context, cameras: &[Camera], gazes: &[ScreenGaze]) {
+/// Says what is particular about how a foveated model is shown: no flag says where the viewer
+/// looks, the screen is not as wide as the cameras see, no view shows some level.
+pub fn note(context: &Context, gaze: &GazeArgs, cameras: &[Camera], gazes: &[ScreenGaze]) {
+    note_default(context, gaze);
+    note_width(context, gaze.rule(), cameras);
     let missing = missing_regions(cameras, gazes);
+    let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();
+    note_missing(context, &names);
+}
+
+/// Says that the screen is not as wide as the cameras see.
+pub fn note_width(context: &Context, rule: ScreenRule, cameras: &[Camera]) {
+    let Some(camera) = rule.most_unlike(cameras).filter(|_| !context.global.quiet) else { return };
+    out::complain(format_args!(
+        "note: the screen is {:.1} degrees wide, but the camera of view {} sees {:.1}: levels are \
+         those of its picture stretched to the screen; --screen camera takes what each camera sees",
+        rule.of(camera).fov_deg,
+        camera.name,
+        camera.horizontal_fov().to_degrees()
+    ));
+}
+
+/// Says which levels no view shows, by the names of their regions.
+pub fn note_missing(context: &Context, missing: &[&str]) {
     if !missing.is_empty() && !context.global.quiet {
-        let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();
         out::complain(format_args!(
-            "note: no pixel is in {}: the images are too small for these levels; larger ones, a \
-             wider --screen or a larger --pooling-rate have them",
-            names.join(", ")
+            "note: no pixel is in {}: the images are too small or too narrow for these levels; \
+             more pixels, a wider field of view or a larger --pooling-rate have them",
+            missing.join(", ")
         ));
     }
 }
 
 /// Says where the viewer looks, if no flag does.
-pub fn note_default(context: &Context, gaze: &GazeArgs) {
+fn note_default(context: &Context, gaze: &GazeArgs) {
     if !gaze.is_given() && !context.global.quiet {
         out::complain(
             "note: the model is foveated and no gaze is given: the middle of the image; --gaze, \

@@ -24,8 +24,9 @@ use super::store_folder::RunArgs;
 use super::training_args::{DenseArgs, LikenessArgs, TrainingViewArgs};
 use super::{Context, Exit, Failure, gaze, out};
 use folder::{Folder, LAYOUT};
-use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
+use powergs_frame::fovea::ScreenWidth;
 use powergs_optimize::campaign::Campaign;
+use powergs_optimize::foveated::missing_regions;
 use powergs_optimize::judged::JudgedSize;
 use powergs_optimize::request::LEAST_GATE;
 use powergs_optimize::target::Level;
@@ -145,8 +146,8 @@ pub struct FoveaArgs {
     /// at the HVSQ that level 1 has in the fovea; one model.fov of all
     #[arg(long)]
     pub foveated: bool,
-    /// The virtual screen: its width in degrees, or powergs (90), wide-100, wide-110 [default:
-    /// powergs]
+    /// The virtual screen: camera, as wide as the camera of each view sees; its width in degrees;
+    /// or powergs (90, as published), wide-100, wide-110 [default: camera, with --demo powergs]
     #[arg(
         hide_short_help = true,
         long,
@@ -154,8 +155,8 @@ pub struct FoveaArgs {
         requires = "foveated",
         allow_hyphen_values = true
     )]
-    #[arg(value_parser = Screen::parse)]
-    pub screen: Option<Screen>,
+    #[arg(value_parser = ScreenWidth::parse)]
+    pub screen: Option<ScreenWidth>,
     /// Pooling angle per squared eccentricity, 1/rad: larger, and small images have all levels
     /// [default: 0.05, with --demo what gives its small images all four]
     #[arg(
@@ -407,7 +408,7 @@ fn opened(
     let goals = request::goals(args, &settings)?;
     let request = inputs::request(args, context, settings, goals)?;
     let campaign = Campaign::open(request, watched)?;
-    note_missing(&campaign, context);
+    note_screens(&campaign, context);
     Ok(campaign)
 }
 
@@ -478,14 +479,11 @@ fn sizes(judged: &JudgedSize) -> Option<String> {
     }
 }
 
-/// Says which regions no view has.
-fn note_missing(campaign: &Campaign, context: &Context) {
+/// Says how the screens differ from what the cameras see, and which regions no view has.
+fn note_screens(campaign: &Campaign, context: &Context) {
     if let Some(foveation) = &campaign.foveation {
         let views = &campaign.power_views;
-        let gaze = |i: usize| ScreenGaze {
-            point: GAZE_CYCLE[i % GAZE_CYCLE.len()],
-            screen: foveation.screen,
-        };
-        gaze::note_missing(context, views, &(0..views.len()).map(gaze).collect::<Vec<_>>());
+        gaze::note_width(context, foveation.screens, views);
+        gaze::note_missing(context, &missing_regions(foveation.screens, views));
     }
 }

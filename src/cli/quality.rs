@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::background::Background;
+use super::gaze::of_picture;
 use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
 use powergs_base::picture::Picture;
 use powergs_frame::fovea::{EccentricityMap, POOLINGS};
@@ -35,10 +36,11 @@ pub struct PictureQualityArgs {
     /// left corner
     #[arg(long, value_name = "X,Y", value_parser = super::filter::pair, allow_hyphen_values = true)]
     pub gaze: Option<(f64, f64)>,
-    /// Horizontal field of view for --gaze, degrees
-    #[arg(long, value_name = "DEGREES|NAME", default_value_t = 90.0, allow_hyphen_values = true)]
+    /// Horizontal field of view of the pictures for --gaze, degrees, or powergs (90), wide-100,
+    /// wide-110 [default: powergs]
+    #[arg(long, value_name = "DEGREES|NAME", allow_hyphen_values = true)]
     #[arg(value_parser = super::gaze::field_of_view)]
-    pub fov: f64,
+    pub fov: Option<f64>,
     /// Pixels per degree of sight for FLIP: 67.02 is a 0.7 m wide 3840-pixel display at 0.7 m
     #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE)]
     #[arg(value_parser = density)]
@@ -93,7 +95,7 @@ pub fn run(args: &PictureQualityArgs, context: &Context) -> Result<Exit, Failure
     ];
     rows.extend(lpips(args, &picture, &reference)?);
     rows.extend(hvsq(args, &picture, &reference)?);
-    rows.extend(regional(args, &picture, &reference)?);
+    rows.extend(regional(args, &picture, &reference, context)?);
     print(args, context, &picture, rows)
 }
 
@@ -140,10 +142,12 @@ fn regional(
     args: &PictureQualityArgs,
     picture: &Picture,
     reference: &Picture,
+    context: &Context,
 ) -> Result<Vec<PictureMeasured>, Failure> {
     let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
     let size = [picture.width, picture.height];
-    let map = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
+    let fov_deg = of_picture(args.fov, context);
+    let map = EccentricityMap::new([x, y], fov_deg, size).or_exit(Exit::Usage, "--gaze")?;
     let hvsq = Hvsq::new(size[0], size[1], &POOLINGS);
     let mut hvsq = hvsq.or_exit(Exit::BadInput, args.picture.display())?;
     let reference = hvsq.reference(reference);

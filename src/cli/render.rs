@@ -9,11 +9,10 @@ use serde_json::json;
 
 use machine::MachineViewArgs;
 
-use super::gaze::{note_default, note_missing};
 use super::output_file::Overwrite;
 use super::progress::Progress;
 use super::scene_file::{Shown, ShownArgs};
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, gaze, out};
 use powergs_base::format::counted;
 use powergs_base::picture::Picture;
 use powergs_core::run::store::atomic::write_atomically;
@@ -104,8 +103,7 @@ pub fn run(args: &RenderArgs, context: &Context) -> Result<Exit, Failure> {
     let mut written = Vec::new();
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
-        note_default(context, &args.shown.gaze);
-        note_missing(context, &cameras, &gazes);
+        gaze::note(context, &args.shown.gaze, &cameras, &gazes);
     }
     for ((camera, gaze), target) in cameras.iter().zip(&gazes).zip(&targets) {
         if context.is_cancelled() {

@@ -65,7 +65,7 @@ impl Bench {
         bench.run(&scene);
         bench.run(&["scene", "compose", "s.ply", "s.ply", "s.ply", "s.ply", "-o", "s.fov"]);
         let views = ["--cameras", "c.json", "--size", "160x120", "--frames", "0..3"];
-        let gaze = ["--gaze", "0.4,0.6", "-o", "gazed.bin"];
+        let gaze = ["--gaze", "0.4,0.6", "--screen", "powergs", "-o", "gazed.bin"];
         bench.run(&[&["extract", "s.fov"][..], &views, &gaze].concat());
         bench
     }

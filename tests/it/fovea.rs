@@ -53,9 +53,11 @@ fn from_four_files_to_a_report_with_regions() {
     assert_eq!(read("back.ply"), read("L3.ply"));
 
     let mut render = run(&["render", "model.fov", "--gaze", "0.4,0.6", "--levels", "-o", "map"]);
-    render.args(VIEWS).args(EYE).assert().success().stderr("");
+    let done = render.args(VIEWS).args(EYE).assert().success();
+    let note = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(note.starts_with("note: the screen is 110.0") && note.lines().count() == 1, "{note}");
     assert_eq!(std::fs::read_dir(at.join("map")).expect("a folder").count(), 3);
-    // At 90 degrees the image is too small: said, and gone on.
+    // On the screen of its camera the image is too small: said, and gone on.
     let mut small = run(&["render", "model.fov", "--gaze", "0.5,0.5", "-o", "small"]);
     let done = small.args(VIEWS).assert().success();
     let note = String::from_utf8_lossy(&done.get_output().stderr).into_owned();

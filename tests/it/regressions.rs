@@ -3,6 +3,7 @@
 #[cfg(unix)]
 mod again;
 mod charts;
+mod fovea;
 #[cfg(unix)]
 mod handout;
 mod inputs;

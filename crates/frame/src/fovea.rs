@@ -1,15 +1,17 @@
 //! Foveation: the gaze, the size of the eye's pooling regions around it, and the level of a model
 //! that each tile shows. `docs/foveation.md` has the formulas.
 //!
-//! [`EccentricityMap`] gives eccentricity, pooling size and level at every point of a screen,
-//! [`TileLevels`] the levels of the tiles of a grid and how neighbouring levels are blended,
-//! [`GazeStream`] the gaze over time.
+//! [`ScreenRule`] says on which screen each view is shown, [`EccentricityMap`] gives eccentricity,
+//! pooling size and level at every point of a screen, [`TileLevels`] the levels of the tiles of a
+//! grid and how neighbouring levels are blended, [`GazeStream`] the gaze over time.
 
 mod eccentricity;
+mod screen;
 pub mod stream;
 pub mod tiles;
 
 pub use eccentricity::{EccentricityMap, POOLINGS};
+pub use screen::{ScreenRule, ScreenWidth};
 pub use stream::{GazeSample, GazeStream, StreamError};
 pub use tiles::{TileLevel, TileLevels};
 

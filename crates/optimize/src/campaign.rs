@@ -125,7 +125,7 @@ impl Campaign {
             display: &self.display,
             renderer: &*self.renderer,
             oracle: &*self.oracle,
-            screen: self.foveation.as_ref().map(|f| f.screen),
+            screens: self.foveation.as_ref().map(|f| f.screens),
             lpips: self.lpips.as_ref().map(|(lpips, _)| lpips),
             settings: &self.settings,
         }

@@ -76,7 +76,7 @@ impl Campaign {
         let dense = self.dense_outcome(&setup)?;
         let model = clock() - began;
         let began = clock();
-        setup.see(&self.dense, setup.gate_views(), setup.screen.map(|_| 1.0));
+        setup.see(&self.dense, setup.gate_views(), setup.screens.map(|_| 1.0));
         let check = clock() - began;
         let score = self.scored(&setup, clock);
         let jobs = self.rehearsed(dense);

@@ -21,8 +21,7 @@ use powergs_energy::Component;
 use powergs_energy::action::Phase;
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_frame::fovea::{
-    EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, REGIONS, Screen, ScreenGaze,
-    TileLevels,
+    GAZE_CYCLE, GazeError, LEVELS, POOLINGS, REGIONS, ScreenGaze, ScreenRule, TileLevels,
 };
 use powergs_frame::splat::TileGrid;
 use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
@@ -113,32 +112,33 @@ impl LevelState {
     }
 }
 
-/// Where somebody looks in view `i`.
-pub(crate) fn looking(screen: Screen, i: usize) -> ScreenGaze {
-    ScreenGaze { point: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen }
+/// Where somebody looks in view `i`, that of `camera`.
+pub(crate) fn looking(screens: ScreenRule, i: usize, camera: &Camera) -> ScreenGaze {
+    ScreenGaze { point: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen: screens.of(camera) }
 }
 
 /// Levels that some view shows, from 1.
-pub(crate) fn levels_shown(screen: Screen, views: &[Camera]) -> u8 {
+pub(crate) fn levels_shown(screens: ScreenRule, views: &[Camera]) -> u8 {
     let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
         let (width, height) = (camera.width, camera.height);
         let sight = looking.eccentricity_map([width, height]).ok()?;
         let tiles = TileLevels::new(&sight, TileGrid::new(width, height, 16)).tiles;
         tiles.iter().map(|t| t.first + u8::from(t.blends)).max()
     };
-    1 + views.iter().zip(gazes(screen, views)).filter_map(of_view).max().unwrap_or(0)
+    1 + views.iter().zip(gazes(screens, views)).filter_map(of_view).max().unwrap_or(0)
 }
 
 /// Where somebody looks in each view. Both eyes of a pair look at the same point of their images,
 /// that of an object far away.
-fn gazes(screen: Screen, views: &[Camera]) -> Vec<ScreenGaze> {
+fn gazes(screens: ScreenRule, views: &[Camera]) -> Vec<ScreenGaze> {
     let eyes = eyes(views);
-    (0..views.len()).map(|i| looking(screen, i / eyes)).collect()
+    let of_view = |(i, camera): (usize, &Camera)| looking(screens, i / eyes, camera);
+    views.iter().enumerate().map(of_view).collect()
 }
 
 /// The regions that no view shows: images that are too small for all four.
-pub(crate) fn missing_regions(screen: Screen, views: &[Camera]) -> Vec<&'static str> {
-    let missing = powergs_scene::gaze::missing_regions(views, &gazes(screen, views));
+pub fn missing_regions(screens: ScreenRule, views: &[Camera]) -> Vec<&'static str> {
+    let missing = powergs_scene::gaze::missing_regions(views, &gazes(screens, views));
     missing.into_iter().map(|region| REGIONS[usize::from(region)]).collect()
 }
 
@@ -238,8 +238,8 @@ pub fn cheapest(measured: &[MeasuredFoveated], variant: u8) -> Option<Method> {
 pub struct Viewer<'a> {
     /// The run.
     pub setup: &'a Setup<'a>,
-    /// The virtual screen.
-    pub screen: Screen,
+    /// What decides the virtual screen of each view.
+    pub screens: ScreenRule,
     /// The machine whose speed and regions are reported.
     pub clock: &'a CycleOracle,
     /// What the filter costs.
@@ -267,11 +267,6 @@ struct Shown {
 }
 
 impl Viewer<'_> {
-    /// Where somebody looks in view `i`.
-    pub(crate) fn looking(&self, i: usize) -> ScreenGaze {
-        looking(self.screen, i)
-    }
-
     /// Measures the model of `levels`.
     ///
     /// # Errors
@@ -286,7 +281,7 @@ impl Viewer<'_> {
         let shown = views
             .par_chunks(eyes(views))
             .enumerate()
-            .map(|(i, eyes)| self.show(model, eyes, &self.looking(i), is_filtered))
+            .map(|(i, eyes)| self.show(model, eyes, i, is_filtered))
             .collect::<Result<Vec<Shown>, FovealError>>()?;
         let n = shown.len().max(1) as f64;
         let frames: Vec<(OracleParts, f64)> =
@@ -335,7 +330,7 @@ impl Viewer<'_> {
         &self,
         model: &Foveated,
         eyes: &[Camera],
-        looking: &ScreenGaze,
+        i: usize,
         is_filtered: bool,
     ) -> Result<Shown, FovealError> {
         let setup = self.setup;
@@ -348,12 +343,13 @@ impl Viewer<'_> {
         let mut elsewhere = Vec::new();
         let mut reports = Vec::new();
         for camera in eyes {
-            let frame = render_foveated(model, camera, looking, &options)?;
+            let looking = looking(self.screens, i, camera);
+            let frame = render_foveated(model, camera, &looking, &options)?;
             let linear = if is_filtered {
-                let cycles = self.filtered_pixels(camera, looking)? * self.cost.flops
+                let cycles = filtered_pixels(camera, &looking)? * self.cost.flops
                     / self.cost.flops_per_cycle;
                 filter_s += cycles / self.clock.system.machine().clock.0;
-                self.filtered(&frame.picture, looking)?.mean_linear_rgb()
+                self.filtered(&frame.picture, &looking)?.mean_linear_rgb()
             } else {
                 frame.picture.mean_linear_rgb()
             };
@@ -385,7 +381,7 @@ impl Viewer<'_> {
     /// A gaze or a screen that cannot be.
     pub fn filtered(&self, picture: &Picture, looking: &ScreenGaze) -> Result<Picture, GazeError> {
         let [x, y] = looking.point.map(f64::from);
-        let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
+        let gaze = Gaze::new(x, y, looking.screen.fov_deg)?;
         Ok(Filter::new(self.setup.display).apply(picture, &gaze))
     }
 
@@ -403,7 +399,8 @@ impl Viewer<'_> {
             lpips: setup.lpips.map(|_| 0.0),
         };
         for (i, &view) in views.iter().enumerate() {
-            let picture = self.filtered(&setup.look(scene, view), &self.looking(i))?;
+            let looking = looking(self.screens, i, &setup.cameras[view]);
+            let picture = self.filtered(&setup.look(scene, view), &looking)?;
             setup.references.write_to(view, &mut reference);
             let like = likeness(&picture, &reference);
             mean.psnr_db += like.psnr_db / n;
@@ -416,22 +413,13 @@ impl Viewer<'_> {
         Ok(mean)
     }
 
-    /// Pixels that the filter changes.
-    fn filtered_pixels(&self, camera: &Camera, looking: &ScreenGaze) -> Result<f64, GazeError> {
-        let [x, y] = looking.point.map(f64::from);
-        let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
-        let size = Picture { width: camera.width, height: camera.height, pixels: Vec::new() };
-        let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
-        Ok(all.filter(|&(x, y)| Filter::changes(gaze.eccentricity_deg(x, y, &size))).count() as f64)
-    }
-
     /// Power of the filter at the display rate.
     fn filter_w(&self) -> f64 {
         let views = self.setup.power_views;
         let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
-            self.filtered_pixels(camera, &looking).unwrap_or(0.0)
+            filtered_pixels(camera, &looking).unwrap_or(0.0)
         };
-        let pixels: f64 = views.iter().zip(gazes(self.screen, views)).map(of_view).sum();
+        let pixels: f64 = views.iter().zip(gazes(self.screens, views)).map(of_view).sum();
         let per_frame = pixels / (views.len() / eyes(views)).max(1) as f64;
         per_frame * self.cost.flops * self.cost.flop_pj * 1e-12 * self.clock.fps
     }
@@ -449,15 +437,14 @@ impl Viewer<'_> {
         let mut reference = Picture::default();
         let mut sums = [(0.0, 0u32); LEVELS];
         for (i, &view) in setup.split.test.iter().enumerate() {
-            let (camera, looking) = (&setup.cameras[view], self.looking(i));
+            let camera = &setup.cameras[view];
+            let looking = looking(self.screens, i, camera);
             let mut picture = render_foveated(model, camera, &looking, &options)?.picture;
             if is_filtered {
                 picture = self.filtered(&picture, &looking)?;
             }
             setup.references.write_to(view, &mut reference);
-            let size = [camera.width, camera.height];
-            let regions =
-                EccentricityMap::on(self.screen, looking.point.map(f64::from), size)?.regions();
+            let regions = looking.eccentricity_map([camera.width, camera.height])?.regions();
             let Ok(measure) = measures.of(&picture, &POOLINGS) else { continue };
             let reference = measure.reference(&reference);
             let all = measure.regional(&picture, &reference, &regions);
@@ -470,4 +457,13 @@ impl Viewer<'_> {
         }
         Ok(sums.map(|(sum, n)| (n > 0).then(|| sum / f64::from(n))))
     }
+}
+
+/// Pixels that the filter changes.
+fn filtered_pixels(camera: &Camera, looking: &ScreenGaze) -> Result<f64, GazeError> {
+    let [x, y] = looking.point.map(f64::from);
+    let gaze = Gaze::new(x, y, looking.screen.fov_deg)?;
+    let size = Picture { width: camera.width, height: camera.height, pixels: Vec::new() };
+    let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
+    Ok(all.filter(|&(x, y)| Filter::changes(gaze.eccentricity_deg(x, y, &size))).count() as f64)
 }

@@ -98,7 +98,7 @@ struct OutcomeSeen {
 impl OutcomeSeen {
     /// Of a model that was made for a place.
     fn of(setup: &Setup<'_>, scene: &Gaussians, place: Place) -> OutcomeSeen {
-        let pooling = setup.screen.map(|_| POOLINGS[usize::from(place.level)]);
+        let pooling = setup.screens.map(|_| POOLINGS[usize::from(place.level)]);
         let mut pooled = pooling.map(Pooled::new);
         let each_gate = setup.see_each(scene, setup.gate_views(), pooled.as_mut());
         let each_test = setup.see_each(scene, &setup.split.test, pooled.as_mut());

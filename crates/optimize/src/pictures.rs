@@ -118,7 +118,7 @@ impl Album {
         let setup = viewer.setup;
         let view = setup.split.test[0];
         let camera = &setup.cameras[view];
-        let looking = ScreenGaze { point: GAZE, screen: viewer.screen };
+        let looking = ScreenGaze { point: GAZE, screen: viewer.screens.of(camera) };
         let options = Options { background: setup.background, ..Options::reference(Detail::Image) };
         let shown = |model: &Foveated| -> Result<Picture, GazeError> {
             Ok(render_foveated(model, camera, &looking, &options)?.picture)

@@ -4,7 +4,7 @@ use powergs_core::flow::tile_wise::{FoveaSpec, VruSpec};
 use powergs_core::run::{PaperModel, RunError};
 use powergs_core::workload::paper::Padding;
 use powergs_frame::display::Display;
-use powergs_frame::fovea::Screen;
+use powergs_frame::fovea::ScreenRule;
 use powergs_quality::Lpips;
 use powergs_scene::{Camera, Gaussians};
 
@@ -247,8 +247,8 @@ impl Goals {
 /// What levels for the periphery of sight are made and measured for.
 #[derive(Debug, Clone)]
 pub struct Foveation {
-    /// The virtual screen.
-    pub screen: Screen,
+    /// What decides the virtual screen of each view.
+    pub screens: ScreenRule,
     /// The machine whose speed and regions are reported, whatever counts power.
     pub clock: CycleOracle,
     /// What the colour filter of the comparison costs on it.
@@ -275,18 +275,18 @@ impl Foveation {
         in_range("filter_flops", flops, 0.0, 1e6)
     }
 
-    /// A foveation on a screen and a machine. `filter_flops`: operations of the colour filter for a
+    /// A foveation on screens and a machine. `filter_flops`: operations of the colour filter for a
     /// pixel outside of the fovea (A99), at the published price.
     ///
     /// # Errors
     /// A screen that cannot be, a number out of its range, a machine that shows no foveated frames;
     /// [`RunError::Internal`]: the published prices are damaged.
     pub fn new(
-        screen: Screen,
+        screens: ScreenRule,
         clock: CycleOracle,
         filter_flops: f64,
     ) -> Result<Foveation, FoveationError> {
-        screen.check().map_err(Invalid::from)?;
+        screens.check().map_err(Invalid::from)?;
         Foveation::check_filter(filter_flops)?;
         let machine = clock.system.machine();
         let (fovea, vru) = (machine.tables.get::<FoveaSpec>(), machine.tables.get::<VruSpec>());
@@ -303,6 +303,6 @@ impl Foveation {
             flop_pj: PaperModel::new(Padding::TrueTiles)?.prices.flop_pj,
             flops_per_cycle: lanes * OPERATIONS,
         };
-        Ok(Foveation { screen, clock, filter })
+        Ok(Foveation { screens, clock, filter })
     }
 }

@@ -17,7 +17,8 @@ use crate::foveated::{LevelState, Method};
 use crate::judged::JudgedSize;
 use crate::role::{Baseline, RoleKind};
 use crate::views::Priced;
-use powergs_frame::fovea::{LEVELS, REGIONS};
+use powergs_frame::fovea::{LEVELS, REGIONS, ScreenRule, ScreenWidth};
+use powergs_scene::Camera;
 
 /// What the file is.
 pub const FORMAT: &str = "powergs-sim-results";
@@ -55,7 +56,7 @@ pub struct Results {
     /// test views.
     #[serde(default)]
     pub lost: Vec<LostRecord>,
-    /// The virtual screen of a foveated run.
+    /// The virtual screens of a foveated run.
     pub screen: Option<ScreenRecord>,
     /// Regions that no view shows.
     pub missing_regions: Vec<String>,
@@ -123,13 +124,44 @@ pub enum Reference {
     Own,
 }
 
-/// The virtual screen.
+/// The virtual screens.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScreenRecord {
-    /// Its width, degrees.
+    /// Its width, degrees; the least where each is as wide as the camera of its view sees.
     pub fov_deg: f64,
+    /// The largest width where each is as wide as the camera of its view sees, degrees; `None`
+    /// where one was given for all, as in files of before.
+    #[serde(default)]
+    pub widest_deg: Option<f64>,
     /// Pooling angle per squared eccentricity, 1/rad.
     pub pooling_rate: f64,
+}
+
+impl ScreenRecord {
+    /// The screens of some views.
+    pub(crate) fn of(screens: ScreenRule, views: &[Camera]) -> ScreenRecord {
+        let widths = || views.iter().map(|camera| screens.of(camera).fov_deg);
+        let (fov_deg, widest_deg) = match screens.width {
+            ScreenWidth::OfCamera => {
+                (widths().fold(f64::INFINITY, f64::min), Some(widths().fold(0.0, f64::max)))
+            }
+            ScreenWidth::Degrees(degrees) => (degrees, None),
+        };
+        ScreenRecord { fov_deg, widest_deg, pooling_rate: screens.pooling_rate }
+    }
+
+    /// How wide they are, in words.
+    fn words(&self) -> String {
+        let Some(widest) = self.widest_deg else {
+            return format!("a screen of {} degrees", self.fov_deg);
+        };
+        let (least, most) = (format!("{:.1}", self.fov_deg), format!("{widest:.1}"));
+        if least == most {
+            format!("a screen of {most} degrees, as the cameras see")
+        } else {
+            format!("screens of {least} to {most} degrees, as the cameras see")
+        }
+    }
 }
 
 /// A quality that models were made for.
@@ -456,8 +488,11 @@ impl Results {
         let screen = self.screen?;
         let counted = self.counted_regions();
         let size = format!(
-            "views of {}x{} on a screen of {} degrees, pooling rate {} per rad",
-            self.width_px, self.height_px, screen.fov_deg, screen.pooling_rate
+            "views of {}x{} on {}, pooling rate {} per rad",
+            self.width_px,
+            self.height_px,
+            screen.words(),
+            screen.pooling_rate
         );
         Some(match (counted.is_empty(), self.missing_regions.is_empty()) {
             (true, _) => format!("No region was measured ({size})."),

@@ -14,7 +14,7 @@ use super::views::ViewSplit;
 use powergs_base::picture::Picture;
 use powergs_core::sim::SimError;
 use powergs_frame::display::Display;
-use powergs_frame::fovea::Screen;
+use powergs_frame::fovea::ScreenRule;
 use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
 use powergs_quality::{Lpips, likeness};
 use powergs_scene::{Camera, Gaussians};
@@ -39,8 +39,8 @@ pub struct Setup<'a> {
     pub renderer: &'a dyn Renderer,
     /// What rendering costs.
     pub oracle: &'a dyn PowerOracle,
-    /// The virtual screen of a foveated run: models are also measured by HVSQ.
-    pub screen: Option<Screen>,
+    /// The virtual screens of a foveated run: models are also measured by HVSQ.
+    pub screens: Option<ScreenRule>,
     /// What LPIPS of the test views is measured with; `None`: it is not measured.
     pub lpips: Option<&'a Lpips>,
     /// Numbers.

@@ -1,7 +1,7 @@
 //! Where a viewer looks in each of some views.
 
 use powergs_frame::fovea::{
-    EccentricityMap, GAZE_CYCLE, GazeError, GazeStream, Screen, ScreenGaze, StreamError,
+    EccentricityMap, GAZE_CYCLE, GazeError, GazeStream, Screen, ScreenGaze, ScreenRule, StreamError,
 };
 use powergs_frame::scene::{Camera, Eye, are_pairs};
 
@@ -45,21 +45,20 @@ pub enum ViewGazeError {
     },
 }
 
-/// The gaze on `screen` in each of the views.
+/// The gaze in each of the views, on the screen that `rule` gives it.
 ///
 /// # Errors
 /// [`ViewGazeError`]: a screen or a point that cannot be, a gap in the stream.
 pub fn gazes(
     source: GazeSource<'_>,
-    screen: Screen,
+    rule: ScreenRule,
     cameras: &[Camera],
 ) -> Result<Vec<ScreenGaze>, ViewGazeError> {
-    screen.check().map_err(ViewGazeError::Screen)?;
+    rule.check().map_err(ViewGazeError::Screen)?;
     let points: Vec<[f32; 2]> = match source {
         GazeSource::Point(point) => {
-            // Before it is rounded: just outside is outside.
-            let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
-            EccentricityMap::on(screen, point, size).map_err(ViewGazeError::Point)?;
+            // Before it is rounded: just outside is outside, on whatever screen.
+            EccentricityMap::on(Screen::PUBLISHED, point, [1, 1]).map_err(ViewGazeError::Point)?;
             vec![point.map(|share| share as f32); cameras.len()]
         }
         GazeSource::Cycle(n) => (0..cameras.len()).map(|i| GAZE_CYCLE[i % n]).collect(),
@@ -77,7 +76,8 @@ pub fn gazes(
             cameras.iter().enumerate().map(at).collect::<Result<_, _>>()?
         }
     };
-    Ok(points.into_iter().map(|point| ScreenGaze { point, screen }).collect())
+    let on = |(point, camera)| ScreenGaze { point, screen: rule.of(camera) };
+    Ok(points.into_iter().zip(cameras).map(on).collect())
 }
 
 /// The regions that no view shows, 0 for R1: the images are too small for all four.

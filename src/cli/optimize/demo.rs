@@ -3,7 +3,7 @@
 use super::super::replay::ModelArg;
 use super::super::{Failure, demo_scene};
 use super::OptimizeArgs;
-use powergs_frame::fovea::Screen;
+use powergs_frame::fovea::{Screen, ScreenRule, ScreenWidth};
 use powergs_scene::Camera;
 
 /// Every how many-th of its 96 views.
@@ -27,10 +27,17 @@ pub fn views(size: Option<(u32, u32)>) -> Result<Vec<Camera>, Failure> {
 /// pixels show at the published rate.
 const POOLING_RATE: f64 = 0.31;
 
-/// The pooling rate of the virtual screen.
-pub fn pooling_rate(args: &OptimizeArgs) -> f64 {
-    let own = if args.demo { POOLING_RATE } else { Screen::PUBLISHED.pooling_rate };
-    args.fovea.pooling_rate.unwrap_or(own)
+/// What decides the virtual screen of each view. The demonstration shows its images on the
+/// published one.
+pub fn screens(args: &OptimizeArgs) -> ScreenRule {
+    let (width, pooling_rate) = match args.demo {
+        true => (ScreenWidth::Degrees(Screen::PUBLISHED.fov_deg), POOLING_RATE),
+        false => (ScreenWidth::OfCamera, Screen::PUBLISHED.pooling_rate),
+    };
+    ScreenRule {
+        width: args.fovea.screen.unwrap_or(width),
+        pooling_rate: args.fovea.pooling_rate.unwrap_or(pooling_rate),
+    }
 }
 
 /// What counts power.

@@ -12,7 +12,6 @@ use super::super::{Context, Exit, Failure, lpips_file, out, scene_file, sight};
 use super::photo_references::{PhotoFile, PhotoReferences};
 use super::photos::PhotoFolder;
 use super::{KeepArg, OptimizeArgs, PowerArgs, demo, photos};
-use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::photos::Photo;
 use powergs_optimize::references::{ReferenceImages, ReferenceSink};
@@ -91,15 +90,13 @@ pub fn request(
     })
 }
 
-/// The virtual screen and the machine; `None` without `--foveated`.
+/// The virtual screens and the machine; `None` without `--foveated`.
 fn foveation(args: &OptimizeArgs, context: &Context) -> Result<Option<Foveation>, Failure> {
     if !args.fovea.foveated {
         return Ok(None);
     }
-    let pooling_rate = demo::pooling_rate(args);
-    let screen = Screen { pooling_rate, ..args.fovea.screen.unwrap_or(Screen::PUBLISHED) };
     let clock = clock(&args.power, context)?;
-    Ok(Some(Foveation::new(screen, clock, args.fovea.filter_flops)?))
+    Ok(Some(Foveation::new(demo::screens(args), clock, args.fovea.filter_flops)?))
 }
 
 fn externals(args: &OptimizeArgs, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {

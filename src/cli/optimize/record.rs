@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::super::{Exit, Failure, OrExit};
 use powergs_core::sim::made_by;
+use powergs_frame::fovea::ScreenWidth;
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::request::Foveation;
 use powergs_optimize::schedule::Schedule;
@@ -107,10 +108,13 @@ fn target(campaign: &Campaign) -> Value {
 }
 
 fn foveation(foveation: &Foveation, campaign: &Campaign) -> Value {
-    let screen = foveation.screen;
     let mut rows = Table::new();
-    rows.insert("screen-deg".into(), screen.fov_deg.into());
-    rows.insert("pooling-rate".into(), screen.pooling_rate.into());
+    let width = match foveation.screens.width {
+        ScreenWidth::OfCamera => "camera".into(),
+        ScreenWidth::Degrees(degrees) => degrees.into(),
+    };
+    rows.insert("screen-deg".into(), width);
+    rows.insert("pooling-rate".into(), foveation.screens.pooling_rate.into());
     rows.insert("levels".into(), i64::from(campaign.plan.levels).into());
     rows.extend(settings("Foveation", campaign));
     rows.insert("filter-flops".into(), foveation.filter.flops.into());

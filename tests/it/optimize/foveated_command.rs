@@ -12,8 +12,18 @@ use powergs_sim::scene::Foveated;
 use super::command::{arguments, fails, kill_and_resume, run, stage, with};
 
 /// A short run on a screen on which 48 pixels show all levels.
-const FOVEATED: [&str; 8] =
-    ["--foveated", "--quality-db", "20", "--rhos", "0,0.3", "--pooling-rate", "1.2", "--baselines"];
+const FOVEATED: [&str; 10] = [
+    "--foveated",
+    "--quality-db",
+    "20",
+    "--rhos",
+    "0,0.3",
+    "--screen",
+    "powergs",
+    "--pooling-rate",
+    "1.2",
+    "--baselines",
+];
 
 fn other(words: &[&str]) -> Exit {
     let cli = Cli::try_parse_from(["powergs-sim", "--quiet"].iter().chain(words)).unwrap();
@@ -67,7 +77,7 @@ fn a_foveated_run_leaves_one_model_that_every_command_takes() {
 fn a_foveated_run_that_is_killed_in_a_level_goes_on_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     stage(folder.path(), 200);
-    let more = with(&[&FOVEATED[..7], &["--checkpoint-every", "1"]].concat());
+    let more = with(&[&FOVEATED[..9], &["--checkpoint-every", "1"]].concat());
     assert_eq!(run(folder.path(), &more).unwrap(), Exit::Done);
     let run_folder = folder.path().join("run");
     let whole = contents(&run_folder);
@@ -85,10 +95,11 @@ fn levels_that_small_images_do_not_show_are_left_out() {
     let more = ["--foveated", "--quality-db", "20", "--rhos", "0"];
     assert_eq!(run(folder.path(), &with(&more)).unwrap(), Exit::Done);
     let history = fs::read_to_string(folder.path().join("run/history.csv")).unwrap();
-    assert!(!history.contains("level3-"), "48 pixels at 90 degrees have no third level");
+    assert!(!history.contains("level3-"), "48 pixels have no third level");
     let run: toml::Table =
         fs::read_to_string(folder.path().join("run/run.toml")).unwrap().parse().unwrap();
     assert!(run["foveation"]["levels"].as_integer().unwrap() < 3);
+    assert_eq!(run["foveation"]["screen-deg"].as_str(), Some("camera"));
     let model = fs::read(folder.path().join("run/model.fov")).unwrap();
     assert!(Foveated::read(model.as_slice().into()).is_ok());
 }

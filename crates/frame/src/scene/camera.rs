@@ -102,6 +102,11 @@ impl Camera {
         self.world_to_camera.row(2)
     }
 
+    /// Angle between the left and the right edge of a centred image of this size, radians.
+    pub fn horizontal_fov(&self) -> f64 {
+        2.0 * (0.5 * f64::from(self.width) / self.fx).atan()
+    }
+
     /// Angle between the top and the bottom edge of a centred image of this size, radians.
     pub fn vertical_fov(&self) -> f64 {
         2.0 * (0.5 * f64::from(self.height) / self.fy).atan()

@@ -3,5 +3,6 @@
 mod display;
 mod fovea;
 mod order;
+mod regressions;
 mod runs;
 mod trace;

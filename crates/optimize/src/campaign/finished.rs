@@ -135,7 +135,7 @@ impl Run<'_> {
         let Some(foveation) = &campaign.foveation else { return Ok(None) };
         let viewer = Viewer {
             setup,
-            screen: foveation.screen,
+            screens: foveation.screens,
             clock: &foveation.clock,
             cost: foveation.filter,
         };

@@ -6,6 +6,7 @@ use xxhash_rust::xxh3::Xxh3;
 use powergs_base::TOOL_VERSION;
 use powergs_core::run::identity::content_id;
 use powergs_core::sim::MODEL_VERSION;
+use powergs_frame::fovea::ScreenWidth;
 use powergs_scene::{Camera, Gaussians};
 
 use super::Campaign;
@@ -119,8 +120,13 @@ impl Campaign {
         hash.add(&Settings { checkpoint_every: 0, ..settings.clone() });
         hash.add(&(&plan.variants, plan.holds_out, plan.levels));
         hash.add(&(background, &given.split, given.photos));
-        if let Some(Foveation { screen, .. }) = foveation {
-            hash.add(&(screen.fov_deg, screen.pooling_rate));
+        if let Some(Foveation { screens, .. }) = foveation {
+            // The fields of view of cameras are in those.
+            let fov_deg = match screens.width {
+                ScreenWidth::OfCamera => None,
+                ScreenWidth::Degrees(degrees) => Some(degrees),
+            };
+            hash.add(&(fov_deg, screens.pooling_rate));
         }
         hash.add(&lpips.as_ref().map(|(_, file)| file));
         hash.add_cameras(&cameras[..given.count]);

@@ -102,7 +102,7 @@ impl Campaign {
             split.also_validate(views.make(as_judged.as_deref(), missing)?);
         }
         let Collected { cameras, references, .. } = views;
-        let shown = request.foveation.as_ref().map(|f| levels_shown(f.screen, &power_views));
+        let shown = request.foveation.as_ref().map(|f| levels_shown(f.screens, &power_views));
         // Once more, now that it is known how many levels the views show.
         let plan = goals.plan(settings.gate, is_own, &names, shown.unwrap_or(1))?;
         let mut campaign = Campaign {

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use powergs_base::TOOL_VERSION;
+use powergs_core::run::frames::eyes;
 use powergs_frame::trace::{EncodedFrame, Frame, TraceHeader, Writer};
 use powergs_raster::{Canvas, Detail, Options, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians, StorageOrder};
@@ -30,8 +31,9 @@ impl Campaign {
     pub fn write_foveated_trace(&self, model: &Foveated, to: &mut dyn Write) -> io::Result<()> {
         let Some(foveation) = &self.foveation else { return Ok(()) };
         let options = self.counting();
+        let eyes = eyes(&self.power_views);
         self.write(to, "foveated", model.len(), |i, camera| {
-            let gaze = looking(foveation.screen, i);
+            let gaze = looking(foveation.screens, i / eyes, camera);
             let frame = render_foveated(model, camera, &gaze, &options);
             Ok(frame.map_err(io::Error::other)?.into_frame(camera, self.background))
         })

@@ -14,7 +14,6 @@ use crate::role::Role;
 use crate::setup::{Seen, Setup};
 use crate::target::Target;
 use powergs_base::TOOL_VERSION;
-use powergs_frame::fovea::Screen;
 use powergs_scene::Gaussians;
 
 /// Where λ steered a model is read from this part of its iterations, the last one.
@@ -33,9 +32,8 @@ impl Results {
         let run = &ResultMade { plan: &campaign.plan, done, history };
         let dense = done.iter().find(|o| o.role == Role::Dense);
         let ratio = dense.map(|o| o.watts.display_w / o.watts.render_w);
-        let screen = campaign.foveation.as_ref().map(|f| f.screen);
-        let missing = screen.map_or(Vec::new(), |s| missing_regions(s, &campaign.power_views));
-        let record = |s: Screen| ScreenRecord { fov_deg: s.fov_deg, pooling_rate: s.pooling_rate };
+        let screens = campaign.foveation.as_ref().map(|f| f.screens);
+        let missing = screens.map_or(Vec::new(), |s| missing_regions(s, &campaign.power_views));
         let measured = foveated.map_or(&[][..], |f| &f.measured);
         Results {
             format: FORMAT.into(),
@@ -51,7 +49,7 @@ impl Results {
             judged: Some(campaign.judged),
             priced: Some(campaign.priced.clone()),
             lost,
-            screen: screen.map(record),
+            screen: screens.map(|s| ScreenRecord::of(s, &campaign.power_views)),
             missing_regions: missing.into_iter().map(str::to_owned).collect(),
             oracle: campaign.oracle.name(),
             counted: Some(campaign.counted),

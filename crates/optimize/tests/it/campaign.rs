@@ -52,13 +52,13 @@ pub fn request() -> Request {
 
 /// The same with levels for the periphery, on a screen on which 48 pixels show all of them.
 pub fn foveated() -> Request {
-    let screen = Screen { pooling_rate: 1.2, ..Screen::PUBLISHED };
+    let screens = Screen { pooling_rate: 1.2, ..Screen::PUBLISHED }.into();
     let clock = CycleOracle {
         system: System::named("gscore").unwrap(),
         fps: 60.0,
         memory: Budget::DEFAULT,
     };
-    let foveation = Foveation::new(screen, clock, 215.0).unwrap();
+    let foveation = Foveation::new(screens, clock, 215.0).unwrap();
     let request = request();
     let schedule = Schedule::listed(&[0.0, 0.3]).unwrap();
     let goals = Goals { schedule, ratio_study: false, ..request.goals };

@@ -382,9 +382,9 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
         fps: 60.0,
         memory: Budget::DEFAULT,
     };
-    let screen = Screen { pooling_rate: 0.6, ..Screen::PUBLISHED };
+    let screens = Screen { pooling_rate: 0.6, ..Screen::PUBLISHED }.into();
     let cost = FilterCost { flops: 215.0, flop_pj: 0.53, flops_per_cycle: 1536.0 };
-    let viewer = Viewer { setup: &setup, screen, clock: &clock, cost };
+    let viewer = Viewer { setup: &setup, screens, clock: &clock, cost };
     let measure = |method| {
         let jobs = std::array::from_fn(|k| format!("job-{k}"));
         let levels = Levels { method, variant: 0, jobs, state: [LevelState::Passed; 4] };

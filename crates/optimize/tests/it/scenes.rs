@@ -64,7 +64,7 @@ impl Tiny {
             display: &self.display,
             renderer: &Processor,
             oracle: &self.oracle,
-            screen: None,
+            screens: None,
             lpips: None,
             settings: &self.settings,
         }

@@ -175,7 +175,7 @@ pub fn run() -> Results {
         reference: Reference::Photos,
         width_px: 791,
         height_px: 593,
-        screen: Some(ScreenRecord { fov_deg: 90.0, pooling_rate: 0.05 }),
+        screen: Some(ScreenRecord { fov_deg: 90.0, widest_deg: None, pooling_rate: 0.05 }),
         missing_regions: vec!["R4".into()],
         oracle: "gscore".into(),
         counted: None,

@@ -236,38 +236,37 @@ pub(crate) fn meeting(
     Ok(kept)
 }
 
-/// The design that misses a condition least, and which part of it it misses where.
+/// The design that misses a condition least, and every part of it that it misses, by how much and
+/// where; the worst first.
 pub(crate) fn nearest(table: &Table, condition: &Expr, rows: &[u32]) -> Option<String> {
     let held = DesignHeld::new(table, condition).ok()?;
-    let missed = |&row: &u32| held.missed_by(row).map(|(share, at)| (share, at, row));
-    let all = rows.iter().filter_map(missed).filter(|(share, ..)| share.is_finite());
-    let (share, at, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let missed = |&row: &u32| Some((held.missed_by(row)?.0, row));
+    let all = rows.iter().filter_map(missed).filter(|(share, _)| share.is_finite());
+    let (_, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let parts: Vec<Expr> =
         conjuncts(condition.text()).iter().filter_map(|text| Expr::parse(text).ok()).collect();
-    let worst = parts
-        .iter()
-        .filter_map(|part| Some((part, DesignHeld::new(table, part).ok()?.missed_by(row)?.0)));
-    let (part, _) = worst.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let values: Vec<String> = part
-        .names()
-        .into_iter()
-        .filter_map(|name| {
-            let value = table.number(name, at)?;
-            Some(format!("{name} {}", significant(value)))
-        })
-        .collect();
+    let of_part = |part: &Expr| {
+        let (share, at) = DesignHeld::new(table, part).ok()?.missed_by(row)?;
+        (share > 0.0).then(|| (share, missed_part(table, part, share, at)))
+    };
+    let mut missed: Vec<(f64, String)> = parts.iter().filter_map(of_part).collect();
+    missed.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let missed: Vec<String> = missed.into_iter().map(|(_, words)| words).collect();
+    (!missed.is_empty()).then(|| format!("{} misses {}", table.label(row), missed.join(" and ")))
+}
+
+/// By which share of its limit a part of a condition is missed in the row `at`, and with which
+/// values.
+fn missed_part(table: &Table, part: &Expr, share: f64, at: u32) -> String {
+    let value = |name: &str| Some(format!("{name} {}", significant(table.number(name, at)?)));
+    let values: Vec<String> = part.names().into_iter().filter_map(value).collect();
     let trace = match table.traces.word(at) {
         "" => String::new(),
         trace => format!(" on {trace}"),
     };
     let values =
         if values.is_empty() { String::new() } else { format!(" ({})", values.join(", ")) };
-    Some(format!(
-        "{} misses `{}` by {}{trace}{values}",
-        table.label(row),
-        part.text(),
-        percent(share)
-    ))
+    format!("`{}` by {}{trace}{values}", part.text(), percent(share))
 }
 
 /// Three digits.
@@ -275,9 +274,12 @@ fn significant(value: f64) -> String {
     powergs_base::format::significant(value)
 }
 
-/// `11 %`.
+/// `11 %`. What is equal to a strict limit misses it by nothing that can be written.
 fn percent(share: f64) -> String {
-    format!("{} %", powergs_base::format::significant(share * 100.0))
+    if share < 1e-5 {
+        return "less than 0.001 %".to_owned();
+    }
+    format!("{} %", significant(share * 100.0))
 }
 
 /// The energy table and the column of `LABEL:area_mm2`.

@@ -200,7 +200,8 @@ pub enum AnalysisError {
         designs: usize,
         /// Each part of the condition with the number of designs that meet it.
         parts: Vec<(String, usize)>,
-        /// The design that misses it least, what it misses and where, in words.
+        /// The design that misses it least, and each part that it misses, by which share of its
+        /// limit and where, in words.
         nearest: Option<String>,
         /// Other energy tables under which some designs meet it, and how many.
         tables: Vec<(String, usize)>,

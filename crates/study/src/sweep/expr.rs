@@ -258,9 +258,9 @@ impl Expr {
         }
     }
 
-    /// By which share a condition is missed: 0.1 where a value is 10 % above what it may be, at
-    /// most 0 where it holds. A condition that is no comparison of numbers is met or missed by
-    /// infinity.
+    /// By which share of its limit a condition is missed: 0.1 where a value is 10 % above or below
+    /// what it may be, at most 0 where it holds. A condition that is no comparison of numbers is
+    /// met or missed by infinity.
     ///
     /// # Errors
     /// As [`Expr::holds`].
@@ -297,6 +297,15 @@ impl std::str::FromStr for Expr {
 
     fn from_str(text: &str) -> Result<Expr, ExprError> {
         Expr::parse(text)
+    }
+}
+
+impl Node {
+    /// Whether a name is in it.
+    fn has_names(&self) -> bool {
+        let mut any = false;
+        visit(self, &mut |node| any |= matches!(node.what, What::Name(_)));
+        any
     }
 }
 

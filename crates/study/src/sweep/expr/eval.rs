@@ -35,11 +35,6 @@ impl EvalContext<'_> {
 
     /// See [`super::Expr::missed_by`].
     fn missed_by(&self, node: &Node) -> Result<f64, ExprError> {
-        let share = |over: f64, x: f64, y: f64| {
-            // By the larger one, so that a limit of 0 divides nothing.
-            let scale = x.abs().max(y.abs());
-            if scale > 0.0 { over / scale } else { 0.0 }
-        };
         if let What::Two(two, sides) = &node.what {
             let [a, b] = &**sides;
             match two {
@@ -66,7 +61,12 @@ impl EvalContext<'_> {
                 Two::Less | Two::AtMost | Two::More | Two::AtLeast => {
                     let (x, y) = (self.number(a)?, self.number(b)?);
                     let is_upper = matches!(two, Two::Less | Two::AtMost);
-                    return Ok(share(if is_upper { x - y } else { y - x }, x, y));
+                    let over = if is_upper { x - y } else { y - x };
+                    // The limit is the side that names nothing, else the right one. One of 0
+                    // divides nothing: then it is a share of the value.
+                    let limit = if a.has_names() || !b.has_names() { y } else { x };
+                    let scale = if limit != 0.0 { limit.abs() } else { x.abs().max(y.abs()) };
+                    return Ok(if scale > 0.0 { over / scale } else { 0.0 });
                 }
                 _ => {}
             }

@@ -192,7 +192,12 @@ fn a_condition_is_missed_by_the_side_that_counts() {
     let missed = |text: &str| {
         Expr::parse(text).and_then(|e| e.missed_by(&lookup, &lookup)).map_err(|e| e.to_string())
     };
-    assert_eq!(missed("a <= 3.5"), Ok(0.5));
+    // In shares of the limit, on whatever side that stands.
+    assert_eq!(missed("a <= 3.5"), Ok(1.0));
+    assert_eq!(missed("3.5 >= a"), Ok(1.0));
+    assert_eq!(missed("a >= 14"), Ok(0.5));
+    // A limit of 0 is no measure.
+    assert_eq!(missed("a <= 0"), Ok(1.0));
     assert!(missed("a <= 7").is_ok_and(|by| by <= 0.0));
     // Equal sides miss a strict bound.
     assert!(missed("a < 7").is_ok_and(|by| by > 0.0 && by < 1e-300));

@@ -1,0 +1,3 @@
+//! What was wrong once, by what was wrong with it.
+
+mod fovea;
