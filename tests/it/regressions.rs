@@ -7,4 +7,5 @@ mod charts;
 mod handout;
 mod inputs;
 mod optimiser;
+mod prices;
 mod scenes;
