@@ -8,4 +8,5 @@ mod fovea;
 mod handout;
 mod inputs;
 mod optimiser;
+mod prices;
 mod scenes;

@@ -396,12 +396,13 @@ pub fn table<C: Catalogue>(
             cacti: None,
             macros: Some(macros::<C>(&found, areas.as_ref(), clock)?),
         },
-        dram: DramPrices { flat: Some(flat), device: false },
+        dram: DramPrices { flat: Some(flat), device: false, row_hits: None },
         leakage: leakage.into(),
         area: areas.as_ref().map(unit_area::<C>),
         parts: None,
         phy: None,
         supply: None,
+        idle: None,
     })
 }
 

@@ -18,7 +18,7 @@ use powergs_base::quantity::Picojoules;
 
 pub use area::{Area, Block};
 pub use costs::same_costs;
-pub use prices::{Activity, DramCosts, Prices, Standby};
+pub use prices::{Activity, DramCosts, IdleShares, Prices, Standby};
 pub use supply::Supply;
 pub use table::{Built, EnergyTable};
 

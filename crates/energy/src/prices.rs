@@ -6,7 +6,7 @@ use super::supply::Supply;
 use super::{Component, EnergyBreakdown, flops};
 use crate::action::{ActionCounts, ActionId, Phase};
 use crate::hardware::{Does, Hardware};
-use powergs_base::quantity::Picojoules;
+use powergs_base::quantity::{Bytes, Picojoules};
 use powergs_dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_frame::scene::ShDegree;
 
@@ -32,6 +32,22 @@ pub struct Prices {
     pub phy_standby_w: f64,
     /// Voltage, and what it does to the prices above; `None` where the table has no curve.
     pub supply: Option<Supply>,
+    /// What stays of static powers between frames.
+    pub kept: IdleShares,
+}
+
+/// Shares of static powers that stay between frames, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdleShares {
+    /// Of the leakage of units, as far as they are not gated, and buffers.
+    pub leakage: f64,
+    /// Of the background of the memory with the PHY.
+    pub background: f64,
+}
+
+impl IdleShares {
+    /// Everything stays.
+    pub const ALL: IdleShares = IdleShares { leakage: 1.0, background: 1.0 };
 }
 
 /// Prices of the DRAM.
@@ -50,22 +66,54 @@ pub enum DramCosts {
     },
     /// A price per command.
     Commands(CommandPrices),
+    /// A device whose commands are not counted: a price per requested byte that follows from them,
+    /// and the standing powers of the device.
+    Uncounted {
+        /// Picojoules per byte read.
+        read_pj: f64,
+        /// Picojoules per byte written.
+        write_pj: f64,
+        /// The device: its standing powers.
+        device: CommandPrices,
+    },
 }
 
 impl DramCosts {
+    /// The same where no commands are counted: a byte then costs as one of a whole burst, of which
+    /// a share `row_hits` finds its row open and each of the others opens one (A150).
+    #[must_use]
+    pub fn uncounted(self, burst: Bytes, row_hits: f64) -> DramCosts {
+        match self {
+            DramCosts::Commands(device) => {
+                let activates = (1.0 - row_hits) * device.commands(0, 0, 1).0;
+                let per_byte = |access: Picojoules| (access.0 + activates) / burst.0.max(1) as f64;
+                DramCosts::Uncounted {
+                    read_pj: per_byte(device.commands(1, 0, 0)),
+                    write_pj: per_byte(device.commands(0, 1, 0)),
+                    device,
+                }
+            }
+            // They need no commands.
+            DramCosts::Bytes { .. } | DramCosts::Uncounted { .. } => self,
+        }
+    }
+
     /// Background power while frames run, with open rows where commands are priced, and power of
     /// refreshes at their nominal rate, watts.
     pub fn standby_w(&self) -> [f64; 2] {
         match self {
             DramCosts::Bytes { background_w, refresh_w, .. } => [*background_w, *refresh_w],
-            DramCosts::Commands(p) => [p.active_w(), p.refresh_w],
+            DramCosts::Commands(p) | DramCosts::Uncounted { device: p, .. } => {
+                [p.active_w(), p.refresh_w]
+            }
         }
     }
 
     /// Picojoules per byte read and written, where bytes are priced.
     pub(super) fn per_byte(&self) -> [f64; 2] {
         match *self {
-            DramCosts::Bytes { read_pj, write_pj, .. } => [read_pj, write_pj],
+            DramCosts::Bytes { read_pj, write_pj, .. }
+            | DramCosts::Uncounted { read_pj, write_pj, .. } => [read_pj, write_pj],
             DramCosts::Commands(_) => [0.0; 2],
         }
     }
@@ -138,7 +186,7 @@ impl Prices {
     /// Energy of the commands of one stage.
     pub fn commands(&self, commands: &StageCommands) -> Picojoules {
         match &self.dram {
-            DramCosts::Bytes { .. } => Picojoules(0.0),
+            DramCosts::Bytes { .. } | DramCosts::Uncounted { .. } => Picojoules(0.0),
             DramCosts::Commands(p) => {
                 p.commands(commands.reads, commands.writes, commands.activates)
             }
@@ -153,7 +201,8 @@ impl Prices {
         let awake: f64 = units.map(|(watts, idle)| watts * (1.0 - idle * gated)).sum();
         let asleep = self.unit_leakage_w.iter().sum::<f64>() * self.idle_leakage;
         let buffers: f64 = self.sram_leakage_w.iter().sum();
-        let leakage = [awake, asleep].map(|units| units + buffers);
+        let [running, idle] = [awake, asleep].map(|units| units + buffers);
+        let leakage = [running, idle * self.kept.leakage];
         let [background, refresh] = match &self.dram {
             DramCosts::Bytes { background_w, refresh_w, .. } => {
                 [[*background_w; 2], [*refresh_w; 2]]
@@ -165,8 +214,12 @@ impl Prices {
                 let running = if activity.seconds > 0.0 { running } else { 0.0 };
                 [[p.active_w(), p.power_down_w()], [running, p.refresh_w]]
             }
+            DramCosts::Uncounted { device, .. } => {
+                [[device.active_w(), device.power_down_w()], [device.refresh_w; 2]]
+            }
         };
-        let background = background.map(|watts| watts + self.phy_standby_w);
+        let [running, idle] = background.map(|watts| watts + self.phy_standby_w);
+        let background = [running, idle * self.kept.background];
         let all = [leakage, background, refresh];
         Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
     }

@@ -10,12 +10,12 @@ use crate::action::{BufferId, Inventory, Memory, StageId};
 use crate::area::Area;
 use crate::cacti::Bank;
 use crate::hardware::{BufferFacts, Catalogue, Does, Unpriced, WorkFacts};
-use crate::prices::{DramCosts, Prices};
+use crate::prices::{DramCosts, IdleShares, Prices};
 use crate::supply::Supply;
 use powergs_base::config::embedded::ENERGY;
 use powergs_base::config::{self, ConfigError, layer};
 use powergs_base::number::NumberFormat;
-use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
+use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres, Volts};
 
 mod check;
 mod keys;
@@ -26,7 +26,8 @@ mod sram;
 
 pub use keys::{
     ActionPrice, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor, FlatDram,
-    FormatFactors, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitNumbers,
+    FormatFactors, IdlePrices, Overhead, PhyPrices, PowerPrice, RestArea, RowHitShare, Scaling,
+    SupplyPrices, UnitNumbers,
 };
 pub use named::{Named, Names, Parts, UnitArea, Units, Works};
 pub use parts::PartShare;
@@ -75,6 +76,8 @@ pub struct EnergyTable<C> {
     pub phy: Option<PhyPrices>,
     /// Clock and voltage of the prices. Without it they are taken as given at any clock.
     pub supply: Option<SupplyPrices>,
+    /// What stays between frames. Without it everything does.
+    pub idle: Option<IdlePrices>,
 }
 
 /// The keys of a machine that make the banks of a buffer.
@@ -183,13 +186,13 @@ pub enum PriceError {
         /// What the stage is called.
         stage: &'static str,
     },
-    /// Prices of DRAM commands for a machine whose DRAM model counts none.
+    /// Prices of a DRAM device for a machine without one.
     #[error(
-        "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
-         and the `bandwidth` model counts none: set `dram.model = \"banked\"`, \
-         \"calibrated\" or \"window\" in the machine, or `energy` to a table with flat DRAM prices"
+        "the energy table `{table}` has the prices of a DRAM device alone (`dram.device = true`), \
+         and the machine has a mere rate: name a device in `dram.device` of the machine, or set \
+         `energy` to a table with [dram.flat]"
     )]
-    NoCommands {
+    NoDevice {
         /// Name of the energy table.
         table: String,
     },
@@ -205,7 +208,7 @@ impl PriceError {
             | PriceError::OutsideCacti { .. }
             | PriceError::NoMacro { .. }
             | PriceError::NoPrice { .. }
-            | PriceError::NoCommands { .. } => "energy",
+            | PriceError::NoDevice { .. } => "energy",
         }
     }
 }
@@ -221,7 +224,7 @@ pub struct Built<'a> {
     pub gated: bool,
     /// Numbers of the rendering units; `None`: those of the prices.
     pub numbers: Option<NumberFormat>,
-    /// What the DRAM device costs; `None` where its commands are not counted.
+    /// What the DRAM device costs; `None` where the machine has a mere rate.
     pub device: Option<DramCosts>,
     /// Memory channels.
     pub channels: f64,
@@ -246,8 +249,8 @@ impl<C: Catalogue> EnergyTable<C> {
     /// The prices on a machine that is built of these memories and units.
     ///
     /// # Errors
-    /// A bank outside of the SRAM prices, unless the table allows extrapolation; prices of DRAM
-    /// commands for a machine that counts none.
+    /// A bank outside of the SRAM prices, unless the table allows extrapolation; prices of a DRAM
+    /// device for a machine without one.
     pub fn prices(&self, built: &Built<'_>) -> Result<Prices, PriceError> {
         let hardware = C::hardware();
         let supply = self.supply_at(built.clock)?;
@@ -275,7 +278,7 @@ impl<C: Catalogue> EnergyTable<C> {
                 background_w: flat.background.power.0 * flat.part(built.channels),
                 refresh_w: flat.refresh.power.0 * flat.part(built.channels),
             },
-            (None, _) => return Err(PriceError::NoCommands { table: self.name.clone() }),
+            (None, _) => return Err(PriceError::NoDevice { table: self.name.clone() }),
         };
         let word = |b: BufferId| memories[b.index()].word.0.max(1) as f64;
         let has = |stage: StageId| built.inventory.units[stage.index()] > 0;
@@ -328,6 +331,10 @@ impl<C: Catalogue> EnergyTable<C> {
             area,
             phy_standby_w,
             supply,
+            kept: self.idle.as_ref().map_or(IdleShares::ALL, |idle| IdleShares {
+                leakage: idle.leakage,
+                background: idle.background,
+            }),
         })
     }
 
@@ -364,25 +371,45 @@ impl<C: Catalogue> EnergyTable<C> {
         })
     }
 
-    /// The supply voltage at a clock; `None` in a table without `[supply]`.
+    /// The clock that the prices are for, where they are as given at any other one: the table has
+    /// no voltage-frequency curve. `None` also where it does not say its clock.
+    pub fn fixed_clock(&self) -> Option<Hertz> {
+        self.supply.as_ref().filter(|supply| supply.curve.is_none()).map(|supply| supply.clock)
+    }
+
+    /// That a machine of this clock has prices for another one, in a sentence without its end.
+    pub fn clock_doubt(&self, clock: Hertz) -> Option<String> {
+        let own = self.fixed_clock().filter(|own| *own != clock)?;
+        Some(format!(
+            "energy table `{}`: its prices are for {own}, and the machine has {clock}; there is no \
+             voltage-frequency curve (`supply.curve`), so prices are as given at any clock: real \
+             ones fall with the voltage at a lower clock and rise at a higher one, and leakage is \
+             paid for as long as a frame takes",
+            self.name
+        ))
+    }
+
+    /// The supply voltage at a clock; `None` in a table without a curve.
     fn supply_at(&self, clock: Hertz) -> Result<Option<Supply>, PriceError> {
-        let Some(supply) = &self.supply else { return Ok(None) };
-        let curve = supply.curve.curve().expect("checked: there is a curve");
-        let found = curve.supply(clock, supply.clock, supply.voltage);
+        let Some((supply, choice, voltage)) = self.curve() else { return Ok(None) };
+        let curve = choice.curve().expect("checked: there is a curve");
+        let found = curve.supply(clock, supply.clock, voltage);
         let too_high = || PriceError::ClockTooHigh {
             clock,
             node: self.node.map_or("this node".into(), |n| n.to_string()),
             table: self.name.clone(),
             nominal: supply.clock,
-            voltage: supply.voltage.0,
-            highest: down_to_megahertz(curve.clock_at(
-                curve.highest.0,
-                supply.clock,
-                supply.voltage,
-            )),
+            voltage: voltage.0,
+            highest: down_to_megahertz(curve.clock_at(curve.highest.0, supply.clock, voltage)),
             most: curve.highest.0,
         };
         found.map(Some).ok_or_else(too_high)
+    }
+
+    /// The supply with its curve and the voltage that belongs to it.
+    fn curve(&self) -> Option<(&SupplyPrices, &CurveChoice, Volts)> {
+        let supply = self.supply.as_ref()?;
+        Some((supply, supply.curve.as_ref()?, supply.voltage?))
     }
 
     fn area_of(

@@ -36,6 +36,7 @@ pub fn report(run: &Run) -> Json {
             "energy_table": facts.machine.energy_table,
             "clock_hz": facts.machine.clock_hz,
             "dram_peak_gb_s": facts.machine.dram_peak_gb_s,
+            "doubts": facts.machine.doubts,
         },
         "trace": {
             "name": facts.trace.name,

@@ -40,6 +40,10 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         page.paragraph(super::bottleneck::sentence(found));
     }
     page.on(Shown::Page, Block::Facts(facts(run)));
+    // A terminal has them as warnings.
+    for doubt in &run.facts.machine.doubts {
+        page.page_paragraph(Text::strong("Note:").then(Text::marked(&format!(" {doubt}."))));
+    }
     if let Some((degree, true)) = run.sh_degree() {
         let text = format!("Colours are those of SH degree {degree}: {NO_DEGREE}.");
         page.on(Shown::Terminal, Block::Paragraph(text.into()));

@@ -65,6 +65,13 @@ fn machine() -> Map<String, Json> {
         ("energy_table", plain("string", "Name of the energy table.")),
         ("clock_hz", nullable("number", "Clock, Hz.")),
         ("dram_peak_gb_s", nullable("number", "Peak DRAM rate, 10⁹ bytes per second.")),
+        (
+            "doubts",
+            array(
+                plain("string", "A sentence without its end."),
+                "What is right in its files and doubtful, as prices for another clock.",
+            ),
+        ),
     ])
 }
 

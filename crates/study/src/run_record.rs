@@ -92,8 +92,8 @@ pub struct MachineFacts {
     pub dram_peak_gb_s: Option<f64>,
     /// The model of the DRAM; `None` in the `paper` model.
     pub dram_model: Option<DramModel>,
-    /// Who states the price of a DRAM byte, where bytes have one and commands have none: a key of
-    /// `references.toml` or the number of an assumption.
+    /// Who states the price of a DRAM byte, where it does not follow from those of commands: a key
+    /// of `references.toml` or the number of an assumption.
     pub dram_byte_price: Option<String>,
     /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
     pub second_master_gb_s: Option<f64>,
@@ -103,6 +103,8 @@ pub struct MachineFacts {
     pub roofline: Option<Roofline>,
     /// Keys of `references.toml` that its files cite.
     pub sources: Vec<String>,
+    /// What is right in its files and doubtful, in sentences without their ends.
+    pub doubts: Vec<String>,
 }
 
 impl TraceFacts {
@@ -136,6 +138,7 @@ impl MachineFacts {
             left_out: limits::left_out_by(system.machine()),
             roofline: Some(Roofline::of(system)),
             sources: system.sources().into_iter().collect(),
+            doubts: system.doubts(),
         }
     }
 
@@ -153,16 +156,16 @@ impl MachineFacts {
             left_out: limits::not_modelled(),
             roofline: None,
             sources: vec!["powergs".into()],
+            doubts: Vec::new(),
         }
     }
 }
 
-/// Who states the price of a DRAM byte; `None` where commands have prices.
+/// Who states the price of a DRAM byte; `None` where it follows from the prices of commands.
 fn dram_byte_price(system: &System) -> Option<String> {
     let DramCosts::Bytes { .. } = system.prices().dram else { return None };
     let prices = &system.energy_table().dram;
-    let is_banked = system.machine().dram.model != DramModel::Bandwidth;
-    let of_device = system.device().filter(|_| prices.device && is_banked);
+    let of_device = system.device().filter(|_| prices.device);
     match of_device.and_then(|device| device.energy.flat.as_ref()) {
         Some(flat) => Some(flat.source.clone()),
         None => prices.flat.as_ref().map(|flat| flat.read.source.clone()),

@@ -17,6 +17,8 @@ pub struct Cost {
     peak_w: Vec<(&'static str, f64)>,
     phy_standby_w: f64,
     supply: Option<Supply>,
+    /// The clock of prices that are as given at any.
+    fixed_clock: Option<Hertz>,
     step: Option<NodeStep>,
     clock: Hertz,
     channels: f64,
@@ -31,6 +33,7 @@ impl Cost {
             peak_w: peak_w(machine, prices),
             phy_standby_w: prices.phy_standby_w,
             supply: prices.supply,
+            fixed_clock: table.fixed_clock(),
             step: table.node_step(),
             clock: machine.clock,
             channels: untimed(machine)[1],
@@ -79,7 +82,12 @@ impl Cost {
                     (s.highest_clock * 1e-7).floor() * 1e-2
                 ),
             ),
-            None => ("supply", "no voltage-frequency curve: prices as given at any clock".into()),
+            None => {
+                let own =
+                    self.fixed_clock.map_or(String::new(), |own| format!(", those for {own}"));
+                let text = format!("no voltage-frequency curve: prices as given at any clock{own}");
+                ("supply", text)
+            }
         });
         if let Some(step) = &self.step {
             let of = |(name, factor): &(&str, f64)| format!("{factor} ({name})");

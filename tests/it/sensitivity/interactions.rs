@@ -25,6 +25,8 @@ fn morris_finds_that_prices_add_up_and_cores_do_not() {
         &[
             "--set",
             "dram.model=bandwidth",
+            "--energy",
+            "gscore-28nm-flat",
             "--interactions",
             "morris",
             "--samples",
@@ -60,6 +62,8 @@ fn sobol_shares_the_variance_of_a_sum() {
         &[
             "--set",
             "dram.model=bandwidth",
+            "--energy",
+            "gscore-28nm-flat",
             "--interactions",
             "sobol",
             "--samples",

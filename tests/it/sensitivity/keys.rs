@@ -78,7 +78,8 @@ fn elasticities_are_differences_of_logarithms() {
 fn elasticities_of_prices_add_up() {
     let keys = "actions.*,sram.cacti.energy-factor,sram.cacti.leakage-factor,leakage.*,\
                 dram.flat.*,area.*,phy.*";
-    let found = json("gscore", &["--set", FLAT, "--keys", keys]);
+    let prices = ["--set", FLAT, "--energy", "gscore-28nm-flat"];
+    let found = json("gscore", &[&prices[..], &["--keys", keys]].concat());
     let sum = |measure: &str, start: &dyn Fn(&str) -> bool| -> f64 {
         let all = rows(&found, "keys").iter().filter(|r| start(text(r, "key")));
         all.filter_map(|r| r["elasticity"][measure].as_f64()).sum()

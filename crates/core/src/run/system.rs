@@ -431,12 +431,13 @@ impl System {
     }
 }
 
-/// What is right in a machine and its energy table, and doubtful: prices of another unit, a run
-/// with more than the machine can do.
+/// What is right in a machine and its energy table, and doubtful: prices of another unit or for
+/// another clock, a run with more than the machine can do.
 pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
     let recorded = machine.tables.get::<RecordedSpec>();
     let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
-    run.into_iter().chain(accelergy::doubt(energy)).collect()
+    let prices = accelergy::doubt(energy).into_iter().chain(energy.clock_doubt(machine.clock));
+    run.into_iter().chain(prices).collect()
 }
 
 /// Overlays of the machine file, and changes of what only whole files can be read without: those of

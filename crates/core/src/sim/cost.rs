@@ -8,21 +8,26 @@ use powergs_energy::hardware::{Does, Unpriced};
 use powergs_energy::table::PriceError;
 use powergs_energy::{Built, DramCosts, Prices};
 
-/// The prices of `table` on `machine`. DRAM prices are those of its device where the DRAM model
-/// counts commands.
+/// The prices of `table` on `machine`. DRAM prices are those of its device, by the byte where the
+/// DRAM model counts no commands.
 ///
 /// # Errors
 /// A machine that the table has no price for.
 pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceError> {
     let inventory = machine.inventory();
     let [idle_leakage, channels] = untimed(machine);
-    let device = machine.device.as_deref().filter(|_| machine.dram.model != DramModel::Bandwidth);
+    let device = machine.device.as_deref().map(|device| match machine.dram.model {
+        DramModel::Bandwidth => {
+            device_costs(device).uncounted(device.organisation.burst, table.dram.row_hits())
+        }
+        DramModel::Calibrated | DramModel::Banked => device_costs(device),
+    });
     table.prices(&Built {
         inventory: &inventory,
         idle_leakage,
         gated: machine.gating.units,
         numbers: machine.flow().numbers(machine),
-        device: device.map(device_costs),
+        device,
         channels,
         clock: machine.clock,
     })

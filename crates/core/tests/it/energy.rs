@@ -20,7 +20,7 @@ use powergs_core::stage::{DRAM_READ, DRAM_WRITE, hardware, stages};
 use powergs_core::workload::FrameWorkload;
 use powergs_dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_energy::action::{ActionCounts, Phase};
-use powergs_energy::{Activity, Component, DramCosts, Prices};
+use powergs_energy::{Activity, Component, DramCosts, IdleShares, Prices};
 
 mod accelergy;
 mod alive;
@@ -43,6 +43,7 @@ fn prices() -> Prices {
         area: None,
         phy_standby_w: 0.0,
         supply: None,
+        kept: IdleShares::ALL,
     }
 }
 
@@ -248,6 +249,16 @@ fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
     assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.idle_w[0]);
 }
 
+#[test]
+fn an_idle_state_keeps_a_share_between_frames_alone() {
+    let mut prices = prices();
+    prices.kept = IdleShares { leakage: 0.5, background: 0.25 };
+    let actions = ActionCounts::default();
+    let standby = prices.standby(&activity(&actions, 1e-3));
+    assert_eq!(standby.running_w, [0.25, 0.375, 0.125]);
+    assert_eq!(standby.idle_w, [0.125, 0.09375, 0.125]);
+}
+
 /// The preset: its buffers have prices.
 fn preset() -> (Machine, FrameWorkload) {
     // Nobody knows where pixels of made-up frames stop.
@@ -284,15 +295,18 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let (mut machine, _) = preset();
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
     machine.dram.model = DramModel::Bandwidth;
+    let device = machine.device.take();
     let bytes = cost::prices(&table, &machine).unwrap();
-    assert_eq!([DRAM_READ, DRAM_WRITE].map(|a| bytes.of(a).0), [64.0; 2]);
-    let commands_only = {
+    assert_eq!([DRAM_READ, DRAM_WRITE].map(|a| bytes.of(a).0), [64.0; 2], "a mere rate");
+    let device_only = {
         let mut table = table.clone();
         table.dram.flat = None;
         table
     };
-    let refused = cost::prices(&commands_only, &machine).unwrap_err().to_string();
-    assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
+    let refused = cost::prices(&device_only, &machine).unwrap_err().to_string();
+    assert!(refused.contains("dram.device = true") && refused.contains("mere rate"), "{refused}");
+    machine.device = device;
+    assert!(cost::prices(&device_only, &machine).is_ok(), "by the byte");
     machine.dram.model = DramModel::Banked;
     // Loads and lists of such frames are made up.
     machine.tiles_mut().binning.implementation = BinningImpl::Free;

@@ -256,7 +256,8 @@ fn keys_of_any_file_are_changed_in_one_way() {
     let table = base.table(FileKind::Energy).expect("a table");
     let key = "dram.flat.read.energy";
     assert!(!powergs_base::config::knob::values(&table, key).is_empty(), "{key}");
-    let bytes = system("gscore", &["dram.model=bandwidth"]);
+    let rate = ["dram.model=bandwidth", "dram.device=none", "dram.bandwidth=51.2 GB/s"];
+    let bytes = system("gscore", &rate);
     let dearer = bytes.with(&[format!("energy:{key}=99 pJ/B").parse().expect("a change")]);
     let dearer = dearer.expect("another price");
     assert_eq!(dearer.timing_id(), bytes.timing_id());

@@ -31,6 +31,7 @@ pub(super) fn problems<C: Catalogue>(table: &EnergyTable<C>) -> Found {
     parts(table, &mut found);
     phy(table, &mut found);
     supply(table, &mut found);
+    idle(table, &mut found);
     found
 }
 
@@ -187,6 +188,10 @@ fn dram<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
         let message = "`dram` needs [dram.flat], `device = true` or both";
         found.push(("dram".to_owned(), message.to_owned()));
     }
+    if let Some(hits) = &table.dram.row_hits {
+        share("dram.row-hits.share", hits.share, found);
+        source("dram.row-hits", &hits.source, found);
+    }
     let Some(flat) = &table.dram.flat else { return };
     byte("dram.flat.read", &flat.read, found);
     byte("dram.flat.write", &flat.write, found);
@@ -248,7 +253,21 @@ fn phy<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
 fn supply<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
     let Some(supply) = &table.supply else { return };
     source("supply", &supply.source, found);
-    let choice = &supply.curve;
+    let (choice, voltage) = match (&supply.curve, supply.voltage) {
+        (Some(choice), Some(voltage)) => (choice, voltage.0),
+        // The clock alone: prices are as given at any other one.
+        (None, None) => return,
+        (Some(_), None) => {
+            let message = "missing key `voltage` in [supply]: the curve needs the voltage at which \
+                           the units reach `clock`";
+            return found.push(("supply".into(), message.into()));
+        }
+        (None, Some(_)) => {
+            let message = "`supply.voltage` does nothing without `supply.curve`: add one, e.g. \
+                           curve = { node = \"28 nm\" }, or leave `voltage` out";
+            return found.push(("supply.voltage".into(), message.into()));
+        }
+    };
     match (choice.node, table.node) {
         (Some(curve), Some(node)) if curve != node => {
             let message = format!("`supply.curve.node` = {curve} and `node` = {node} disagree");
@@ -264,7 +283,6 @@ fn supply<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
         }
         None => {}
     }
-    let voltage = supply.voltage.0;
     match choice.curve() {
         Ok(curve) if !(curve.lowest.0..=curve.highest.0).contains(&voltage) => {
             let message = format!(
@@ -277,6 +295,20 @@ fn supply<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
         Err(message) => {
             found.push(("supply.curve".into(), format!("`supply.curve`: {message}")));
         }
+    }
+}
+
+/// What stays between frames is a share of what there is.
+fn idle<C: Catalogue>(table: &EnergyTable<C>, found: &mut Found) {
+    let Some(idle) = &table.idle else { return };
+    share("idle.leakage", idle.leakage, found);
+    share("idle.background", idle.background, found);
+    source("idle", &idle.source, found);
+}
+
+fn share(key: &str, value: f64, found: &mut Found) {
+    if !(0.0..=1.0).contains(&value) {
+        found.push((key.to_owned(), format!("`{key}` = {value} must be from 0 to 1")));
     }
 }
 

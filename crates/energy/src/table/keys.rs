@@ -113,13 +113,35 @@ pub struct FormatFactors {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramPrices {
     /// One price per byte, and powers of the whole memory. Beside `device = true` it is the price
-    /// where no commands are counted: with `dram.model = "bandwidth"`.
+    /// of a memory without a device: `dram.device = "none"` in the machine.
     pub flat: Option<FlatDram>,
-    /// The commands of the machine's DRAM device at the prices of that device's file, with
-    /// `dram.model = "banked"` or `"calibrated"` in the machine: `bandwidth` counts no commands,
-    /// and needs `flat`.
+    /// The machine's DRAM device at the prices of that device's file: of its commands, or, where
+    /// `dram.model = "bandwidth"` of the machine counts none, of its bytes with `row-hits`.
     #[serde(default, skip_serializing_if = "is_false")]
     pub device: bool,
+    /// How often a row is opened where no commands are counted. 0.75 without the table.
+    pub row_hits: Option<RowHitShare>,
+}
+
+/// The `[dram.row-hits]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RowHitShare {
+    /// Share of the bursts that find their row open, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub share: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+impl DramPrices {
+    /// Share of row hits in a table that does not say it (A150).
+    const ROW_HITS: f64 = 0.75;
+
+    /// Share of the bursts that find their row open where no commands are counted.
+    pub fn row_hits(&self) -> f64 {
+        self.row_hits.as_ref().map_or(DramPrices::ROW_HITS, |hits| hits.share)
+    }
 }
 
 /// The `[dram.flat]` table.
@@ -153,19 +175,34 @@ pub struct PhyPrices {
     pub controller: AreaPrice,
 }
 
-/// The `[supply]` table: the clock and the voltage that the prices are for, and how fast the gates
-/// are at others.
+/// The `[supply]` table: the clock that the prices are for, and, where they are known, the voltage
+/// of that clock and how fast the gates are at others.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SupplyPrices {
-    /// Clock that the units reach at `voltage`.
+    /// Clock that the prices are for: units reach it at `voltage`.
     pub clock: Hertz,
-    /// Voltage that the prices are for.
-    pub voltage: Volts,
+    /// Voltage that the prices are for. Needed where there is a curve.
+    pub voltage: Option<Volts>,
     /// Key of `references.toml` or assumption number.
     pub source: String,
-    /// How fast the gates are at other voltages.
-    pub curve: CurveChoice,
+    /// How fast the gates are at other voltages. Without it prices are as given at any clock, and
+    /// reports say so where the machine has another one than `clock`.
+    pub curve: Option<CurveChoice>,
+}
+
+/// The `[idle]` table: what stays between frames, when nothing runs. Without it everything does.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct IdlePrices {
+    /// Share of the leakage of units and buffers; of what `gating.residual` of a machine leaves.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub leakage: f64,
+    /// Share of the background power of the memory and of the standby of the PHY.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub background: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
 }
 
 /// A voltage-frequency curve: `node` of `nodes.toml`, or all the other keys.

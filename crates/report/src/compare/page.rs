@@ -230,6 +230,12 @@ pub fn note(note: &Note) -> String {
             frames,
             significant(*displayed_fps)
         ),
+        Note::OffClock { label, clocks } => format!(
+            "the prices of {label} are for {}, and it has {}: without a voltage-frequency curve \
+             they are as given at any clock, so its energy and power are too high at a lower clock \
+             and too low at a higher one",
+            clocks.prices, clocks.clock
+        ),
         Note::Incomplete { label, frames } => {
             format!("{label} is INCOMPLETE: {frames} only")
         }

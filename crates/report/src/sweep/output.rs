@@ -68,6 +68,7 @@ pub fn json(analysis: &Analysis) -> Json {
             "design": design(analysis, analysis.knee),
             "reason": super::words::knee(analysis).join(" "),
         },
+        "doubts": question.doubts,
         "without_cost": question.free.iter().map(|f| {
             json!({ "axis": f.axis, "is_policy": f.is_policy })
         }).collect::<Vec<_>>(),

@@ -78,6 +78,10 @@ pub fn document(
     page.paragraph(words::knee(analysis).join(" "));
     page.paragraph(words::at_ends(analysis).join(" "));
     page.paragraph(words::free(&question.free).join(" "));
+    // A terminal has them as warnings, before the first design.
+    for doubt in &question.doubts {
+        page.page_paragraph(Text::strong("Note:").then(Text::marked(&format!(" {doubt}."))));
+    }
     page.paragraph(words::energy_and_power(analysis));
     page.paragraph(words::named(analysis).unwrap_or_default().join(" "));
     let marginals = analysis.marginals.iter().map(|m| words::marginal(analysis, m).into());

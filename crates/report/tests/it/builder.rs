@@ -321,6 +321,7 @@ pub fn facts(frames: usize) -> Facts {
             left_out: not_modelled(),
             roofline: Some(roofline()),
             sources: vec!["A5".into(), "gscore".into()],
+            doubts: Vec::new(),
         },
         inputs: vec![Input {
             role: "trace",
@@ -403,6 +404,7 @@ pub fn paper() -> Run {
         left_out: not_modelled(),
         roofline: None,
         sources: Vec::new(),
+        doubts: Vec::new(),
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();
     run

@@ -131,7 +131,7 @@ fn a_comparison_says_whose_dram_prices_rest_on_what() {
         let mut run = builder::run(&[4.0]);
         run.facts.configuration = toml::from_str(&format!(
             "[machine.dram]\nmodel = \"{model}\"\n[energy.dram]\ndevice = true\n\
-             [energy.dram.flat.read]\nsource = \"powergs\"\n\
+             row-hits.source = \"A150\"\n[energy.dram.flat.read]\nsource = \"powergs\"\n\
              [dram.energy]\nscale-source = \"A40\"\nactions.read.source = \"{source}\"\n"
         ))
         .expect("a table");
@@ -143,10 +143,10 @@ fn a_comparison_says_whose_dram_prices_rest_on_what() {
     assert!(other.contains(said), "{other}");
     let what = "price assumptions of the DRAM";
     assert!(!text([side("banked", "A43"), side("banked", "A43")]).contains(what));
-    // Bytes have the price of the energy table, whatever the device costs.
+    // Where no commands are counted, bytes have the prices of the device with a share of row hits.
     let flat = [side("bandwidth", "A43"), side("bandwidth", "A46")];
-    assert_eq!(flat[0].dram_prices, ["powergs"]);
-    assert!(!text(flat).contains(what));
+    assert_eq!(flat[0].dram_prices, ["A150", "A40", "A43"]);
+    assert!(text(flat).contains(what));
     assert!(text([side("bandwidth", "A43"), side("banked", "A43")]).contains(what));
 }
 

@@ -25,6 +25,9 @@ pub struct SweepFacts {
     pub options: Vec<String>,
     /// Axes that cost nothing; of a sweep in a folder, if it is finished.
     pub free: Vec<FreeAxis>,
+    /// What is right in the base machine and in the energy tables, and doubtful; of a sweep in a
+    /// folder, if it is finished.
+    pub doubts: Vec<String>,
     /// Points that constraints exclude.
     pub excluded: u64,
     /// Columns of keys that follow from others.
@@ -47,6 +50,7 @@ impl SweepFacts {
     pub fn of(sweep: &OpenedSweep<'_>) -> SweepFacts {
         SweepFacts {
             free: sweep.designs.space.free_axes(),
+            doubts: sweep.designs.doubts(),
             hand_out: sweep.hand_out.clone(),
             ..SweepFacts::of_files(Some(&sweep.file), Some(&sweep.state))
         }
@@ -72,6 +76,7 @@ impl SweepFacts {
             excluded: finished.as_ref().map_or(0, |f| f.excluded),
             confirm: finished.as_ref().map(|f| f.confirm),
             hand_out: HandOut::read(folder),
+            doubts: finished.as_ref().map_or_else(Vec::new, |f| f.doubts.clone()),
             free: finished.map_or_else(Vec::new, |f| f.free),
             ..SweepFacts::of_files(file.as_ref(), state.as_ref())
         })
@@ -88,6 +93,7 @@ impl SweepFacts {
             display_fps: display_fps.or(file.map(|file| file.display_fps)),
             options,
             free: Vec::new(),
+            doubts: Vec::new(),
             excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),
             conditions: file.map_or_else(Vec::new, conditions),
@@ -116,6 +122,7 @@ impl SweepFacts {
                 false => Misses::Behind,
             },
             free: self.free.clone(),
+            doubts: self.doubts.clone(),
             epsilon: objectives.epsilon,
             display_fps: self.display_fps,
             ..Question::of(objectives.all())

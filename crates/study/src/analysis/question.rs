@@ -64,6 +64,9 @@ pub struct Question {
     pub misses: Misses,
     /// Axes that cost nothing, where that is known: only words need them.
     pub free: Vec<FreeAxis>,
+    /// What is right in the base machine and in the energy tables, and doubtful, in sentences
+    /// without their ends: only words need them.
+    pub doubts: Vec<String>,
     /// Frames per second that the display shows, where that is known: only words need it.
     pub display_fps: Option<f64>,
     /// A line where powers are, watts: only charts need it.
@@ -95,6 +98,7 @@ impl Question {
             epsilon: EPSILON,
             misses: Misses::Behind,
             free: Vec::new(),
+            doubts: Vec::new(),
             display_fps: None,
             budget_w: None,
         }

@@ -4,7 +4,7 @@ mod folder;
 mod side;
 
 pub use folder::{RESULTS_FIRST, SideError};
-pub use side::Side;
+pub use side::{OffClock, Side};
 
 use powergs_core::sim::statistics::Key;
 
@@ -237,6 +237,13 @@ pub enum Note {
         /// Frames that it has, in words.
         frames: String,
     },
+    /// The prices of a side are for another clock than its own, and as given at any.
+    OffClock {
+        /// Its label.
+        label: String,
+        /// Both clocks.
+        clocks: OffClock,
+    },
     /// A side has only some of its frames.
     Incomplete {
         /// Its label.
@@ -357,10 +364,15 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         let missed = s.statistics.deadline_misses()?;
         (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
     };
+    let off_clock = |s: &Side| {
+        let clocks = s.off_clock?;
+        Some(Note::OffClock { label: s.label.clone(), clocks })
+    };
     let incomplete = |s: &Side| {
         let frames = s.shown.counted(s.frames);
         s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames })
     };
-    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(incomplete));
+    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(off_clock));
+    let of_sides = of_sides.chain(sides.iter().filter_map(incomplete));
     notes.into_iter().flatten().chain(of_sides).collect()
 }

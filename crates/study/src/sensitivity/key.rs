@@ -149,7 +149,9 @@ pub(super) fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
     for (file, docs) in KnobFile::ALL.into_iter().zip(docs) {
         if file == KnobFile::Dram && model == DramModel::Bandwidth {
             let why = match base.device() {
-                Some(_) => "`dram.model` is `bandwidth`, which takes only the peak rate from it",
+                Some(_) => {
+                    "`dram.model` is `bandwidth`, which takes only the peak rate and prices from it"
+                }
                 None => "`dram.device` is `none`",
             };
             let why = why.to_owned();

@@ -229,6 +229,12 @@ fn only_prices_at_work_have_bars() {
         assert_eq!(bar(&found, "A40").is_some(), device != "hbm2-8ch", "{device}");
         assert_eq!(bar(&found, "A11"), None, "{device}: its commands are counted");
     }
+    // Also where none are counted: the range of the cruder model is no narrower.
+    let spread = |found: &PriceBars| bar(found, "A40").expect("LPDDR4").spread_w();
+    let (banked, bandwidth) = (prices(&[]), prices(&["dram.model=bandwidth"]));
+    assert!(spread(&bandwidth) > 0.5 * spread(&banked), "{bandwidth:?} {banked:?}");
+    assert!(bar(&bandwidth, "A150").is_some() && bar(&banked, "A150").is_none());
+    assert_eq!(bar(&bandwidth, "A11"), None, "its device stands by");
     let flat = prices(&["energy=gscore-28nm-flat"]);
     assert!(bar(&flat, "A11").is_some() && bar(&flat, "A40").is_none(), "{flat:?}");
     // The exponent of the table's node, at a clock that is not that of its prices.
@@ -237,7 +243,8 @@ fn only_prices_at_work_have_bars() {
     assert_eq!(bar(&at("gscore-7nm"), "A68"), None, "0.8 to 1.0 V are voltages of 28 nm");
 }
 
-/// Efficiency and latency are of `bandwidth` alone, and Accelergy prices bytes, not commands.
+/// Efficiency and latency are of `bandwidth` alone; without a device bytes have the price of the
+/// table.
 #[test]
 fn assumptions_that_move_nothing_do_not_matter() {
     let of = |sets: &[&str]| {
@@ -257,8 +264,11 @@ fn assumptions_that_move_nothing_do_not_matter() {
     assert!(has(&banked, "A40") && has(&banked, "A41"), "{banked:?}");
     assert!(!["A4", "A5", "accelergy"].iter().any(|name| has(&banked, name)), "{banked:?}");
     let flat = of(&["dram.model=bandwidth"]);
-    assert!(["A4", "A5", "accelergy"].iter().all(|name| has(&flat, name)), "{flat:?}");
-    assert!(!has(&flat, "A40") && !has(&flat, "A41"), "{flat:?}");
+    assert!(["A4", "A5", "A40"].iter().all(|name| has(&flat, name)), "{flat:?}");
+    assert!(!has(&flat, "accelergy") && !has(&flat, "A41"), "{flat:?}");
+    let rate = of(&["dram.model=bandwidth", "dram.device=none", "dram.bandwidth=51.2 GB/s"]);
+    assert!(["A4", "A5", "accelergy"].iter().all(|name| has(&rate, name)), "{rate:?}");
+    assert!(!has(&rate, "A40") && !has(&rate, "A41"), "{rate:?}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_core::machine::DramModel;
 use powergs_core::machine::Machine;
+use powergs_core::run::system::doubts;
 use powergs_core::sim::cost;
 use powergs_core::stage::EnergyTable;
 use powergs_core::stage::hardware;
@@ -14,9 +15,9 @@ use toml::Value;
 
 use super::unlike;
 
-/// Energy of a frame with some of everything, pJ, area, mm², and the PHY: where commands of the
-/// memory are counted, and where its bytes are.
-fn outputs(text: &str) -> Vec<(f64, f64)> {
+/// Energy of a frame with some of everything, pJ, area, mm², with the PHY, and what is said: where
+/// commands of the memory are counted, where its bytes are, and where it is a mere rate.
+fn outputs(text: &str) -> Vec<(f64, f64, Vec<String>)> {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
     let mut actions = ActionCounts::default();
     for (action, _) in hardware().actions() {
@@ -30,12 +31,19 @@ fn outputs(text: &str) -> Vec<(f64, f64)> {
         idle: &vec![0.5; hardware().units().count()],
         dram,
     };
-    let of = |mut machine: Machine| {
-        [DramModel::Banked, DramModel::Bandwidth].map(|model| {
-            machine.dram.model = model;
+    let of = |machine: Machine| {
+        let device = machine.device.clone();
+        let memories = [
+            (DramModel::Banked, device.clone()),
+            (DramModel::Bandwidth, device),
+            (DramModel::Bandwidth, None),
+        ];
+        let mut machine = machine;
+        memories.map(|(model, device)| {
+            (machine.dram.model, machine.device) = (model, device);
             let prices = cost::prices(&table, &machine).unwrap();
             let area = prices.area.as_ref().map_or(0.0, |a| a.total().0);
-            (prices.breakdown(&activity).total().0, area)
+            (prices.breakdown(&activity).total().0, area, doubts(&machine, &table))
         })
     };
     unlike(&table, &[]).into_iter().flat_map(of).collect()
@@ -59,7 +67,7 @@ fn larger(value: &Value, path: &str, all: &mut Vec<(String, Value)>) {
         }
         Value::Integer(n) => all.push((path.to_owned(), (n * 2).into())),
         Value::Float(x) => {
-            let is_share = path.starts_with(".parts.");
+            let is_share = path.starts_with(".parts.") || path == ".dram.row-hits.share";
             all.push((path.to_owned(), (x * if is_share { 0.5 } else { 1.5 }).into()));
         }
         Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) => {}

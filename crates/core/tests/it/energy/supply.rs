@@ -26,7 +26,7 @@ fn at(name: &str, clock: &str) -> Result<Prices, String> {
 }
 
 fn curve(name: &str) -> Curve {
-    table(name).supply.expect("a supply").curve.curve().expect("a curve")
+    table(name).supply.and_then(|supply| supply.curve).expect("it").curve().expect("a curve")
 }
 
 #[test]
@@ -127,6 +127,8 @@ fn tables_with_a_supply_that_cannot_be_are_refused() {
     refused(node, "curve = { threshold = \"0.4 V\"", "needs either `node`, or `threshold`");
     refused("voltage = \"0.9 V\"", "voltage = \"1.2 V\"", "is outside of `supply.curve`");
     refused("voltage = \"0.9 V\"", "voltage = 0.9", "a voltage needs its unit");
+    refused("voltage = \"0.9 V\"", "", "missing key `voltage` in [supply]");
+    refused("curve = { node = \"28 nm\" }", "", "does nothing without `supply.curve`");
     refused("channels = 8", "", "missing key `channels` in [dram.flat]");
     refused("[parts.qsu]", "[parts.qus]", "parts");
     refused("share = 0.6, at = 426", "share = 0.95, at = 426", "`parts.ccu` sum to 1.090");

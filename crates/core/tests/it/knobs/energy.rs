@@ -3,6 +3,7 @@
 use powergs_base::config::embedded::{ENERGY, Embedded};
 use powergs_base::config::{key_docs, knob};
 use powergs_core::machine::Machine;
+use powergs_core::run::system::doubts;
 use powergs_core::sim::{FrameReport, cost};
 use powergs_core::stage::{EnergyTable, hardware};
 use powergs_dram::{DramCommands, StageCommands};
@@ -23,6 +24,7 @@ struct Costs {
     energy: EnergyBreakdown,
     area: Option<Area>,
     prices: Prices,
+    doubts: Vec<String>,
 }
 
 /// What a frame costs on a machine that has everything.
@@ -36,7 +38,7 @@ fn costs(text: &str, machine: &Machine, frame: &FrameReport) -> Result<Costs, St
         idle: &vec![0.3; hardware().units().count()],
         dram: Some(DramCommands { stages: [work; 3], refreshes: 7, ..DramCommands::default() }),
     });
-    Ok(Costs { energy, area: prices.area.clone(), prices })
+    Ok(Costs { energy, area: prices.area.clone(), prices, doubts: doubts(machine, &table) })
 }
 
 fn named(name: &str) -> &'static Embedded {

@@ -2,12 +2,22 @@
 
 use std::collections::BTreeSet;
 
+use powergs_base::quantity::Hertz;
 use powergs_core::machine::DramModel;
 use powergs_core::sim::statistics::Record;
 use toml::Value;
 
 use super::SideError;
 use crate::run_record::{Run, Shown, record};
+
+/// A machine whose prices are for another clock, and are as given at any.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OffClock {
+    /// Clock of the machine.
+    pub clock: Hertz,
+    /// Clock of the prices.
+    pub prices: Hertz,
+}
 
 /// What a comparison needs to know about a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +37,8 @@ pub struct Side {
     /// What the DRAM prices rest on, each once: assumptions and references that the device cites,
     /// or that of the price of a byte; empty where the record does not say.
     pub dram_prices: Vec<String>,
+    /// Its clock and that of its prices, where these differ and the energy table has no curve.
+    pub off_clock: Option<OffClock>,
     /// Name of the trace.
     pub trace: String,
     /// XXH3 of the trace, hexadecimal.
@@ -106,6 +118,7 @@ impl Side {
                 .unwrap_or_default()
                 .to_owned(),
             dram_prices: dram_prices(&record),
+            off_clock: off_clock(&record),
             trace: text("trace"),
             trace_hash: input("trace", "xxh3-128"),
             energy_hash: input("energy", "xxh3-128"),
@@ -136,21 +149,33 @@ fn dram_prices(record: &toml::Table) -> Vec<String> {
             }
         }
     }
-    let at = |path: &[&str]| {
-        let mut value = record.get("configuration")?;
-        for key in path {
-            value = value.get(key)?;
-        }
-        Some(value)
-    };
+    let at = |path: &[&str]| configured(record, path);
     let model = at(&["machine", "dram", "model"]).and_then(Value::as_str);
     let by_device = at(&["energy", "dram", "device"]).and_then(Value::as_bool);
-    let counts_commands = model.is_some_and(|model| model != DramModel::Bandwidth.name());
-    let prices = match counts_commands && by_device == Some(true) {
-        true => at(&["dram", "energy"]),
-        false => at(&["energy", "dram", "flat"]),
+    let device = at(&["dram", "energy"]).filter(|_| by_device == Some(true));
+    let prices = match device {
+        Some(device) if model == Some(DramModel::Bandwidth.name()) => {
+            [Some(device), at(&["energy", "dram", "row-hits"])]
+        }
+        Some(device) => [Some(device), None],
+        None => [at(&["energy", "dram", "flat"]), None],
     };
     let mut found = BTreeSet::new();
-    prices.iter().for_each(|prices| add(prices, &mut found));
+    prices.into_iter().flatten().for_each(|prices| add(prices, &mut found));
     found.into_iter().collect()
+}
+
+/// The clock of a recorded machine and that of its prices, where these differ and there is no curve
+/// between them.
+fn off_clock(record: &toml::Table) -> Option<OffClock> {
+    let supply = configured(record, &["energy", "supply"])?;
+    let hertz = |value: Option<&Value>| value?.as_str()?.parse::<Hertz>().ok();
+    let clock = hertz(configured(record, &["machine", "clock"]))?;
+    let prices = hertz(supply.get("clock")).filter(|_| supply.get("curve").is_none())?;
+    (clock != prices).then_some(OffClock { clock, prices })
+}
+
+/// A key of the configuration in a record.
+fn configured<'a>(record: &'a toml::Table, path: &[&str]) -> Option<&'a Value> {
+    path.iter().try_fold(record.get("configuration")?, |value, key| value.get(key))
 }

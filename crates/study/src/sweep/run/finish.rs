@@ -44,6 +44,9 @@ pub struct Finished {
     /// How many designs of the front were to be confirmed with `banked`.
     #[serde(default)]
     pub confirm: u16,
+    /// What is right in the base machine and in the energy tables, and doubtful.
+    #[serde(default)]
+    pub doubts: Vec<String>,
     /// Axes that cost nothing.
     pub free: Vec<FreeAxis>,
 }
@@ -84,6 +87,7 @@ impl Finished {
             defects: tally.defects,
             answered,
             confirm,
+            doubts: sweep.designs.doubts(),
             free: sweep.designs.space.free_axes(),
         }
     }

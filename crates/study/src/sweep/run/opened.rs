@@ -39,6 +39,9 @@ pub struct Designs {
     columns: Vec<Column>,
 }
 
+/// The key of a machine file that says its clock.
+const CLOCK: &str = "clock";
+
 impl Designs {
     /// Checks a sweep file with the `problems` that its form has, and everything that it names.
     ///
@@ -94,9 +97,22 @@ impl Designs {
         self.space.energy_labels().into_iter().map(str::to_owned).collect()
     }
 
-    /// What is right in the base machine and in the energy tables, and doubtful.
+    /// What is right in the base machine and in the energy tables, and doubtful, in sentences
+    /// without their ends.
     pub fn doubts(&self) -> Vec<String> {
-        let of = |priced: &DesignPriced| doubts(&self.base.machine, &priced.table.value);
+        let clock_varies = self.columns.iter().any(|column| column.name == CLOCK);
+        let of = |priced: &DesignPriced| {
+            let table = &priced.table.value;
+            let fixed = table.fixed_clock().filter(|_| clock_varies).map(|own| {
+                format!(
+                    "energy table `{}`: its prices are for {own} and as given at any other clock \
+                     (no `supply.curve`), and `{CLOCK}` varies: energy and power of slower designs \
+                     are too high, those of faster ones too low",
+                    table.name
+                )
+            });
+            doubts(&self.base.machine, table).into_iter().chain(fixed)
+        };
         let all: BTreeSet<String> = self.base.prices.iter().flat_map(of).collect();
         all.into_iter().collect()
     }

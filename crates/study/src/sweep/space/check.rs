@@ -340,7 +340,7 @@ fn why(keys: &BTreeSet<&Key>) -> String {
             .to_owned();
     }
     if keys.iter().any(|k| k.file == FileKind::Dram) {
-        return ": `dram.model` = \"bandwidth\" takes only the peak rate from the device"
+        return ": `dram.model` = \"bandwidth\" takes only the peak rate and prices from the device"
             .to_owned();
     }
     String::new()

@@ -182,10 +182,16 @@ fn tables_that_change_nothing_are_told_why() {
     // With bytes that have a price each of these is a table of its own.
     let flat = |set: &str| table(if set.is_empty() { "a" } else { "b" }, "gscore-28nm-flat", set);
     right(&format!("{}{}", flat(""), flat(dear)));
-    right(&format!("set = {{ dram.model = \"bandwidth\" }}\n{own}{changed}"));
+    let rate =
+        "{ dram.model = \"bandwidth\", dram.device = \"none\", dram.bandwidth = \"50 GB/s\" }";
+    right(&format!("set = {rate}\n{own}{changed}"));
     // Some of the designs are enough.
-    let model = axis("dram.model", "[\"banked\", \"bandwidth\"]");
-    right(&format!("{own}{changed}{model}"));
+    let device = "{ name = \"device\", set = { } }";
+    let variants = format!("[{device}, {{ name = \"rate\", set = {rate} }}]");
+    let memory = format!("[[axes]]\nname = \"memory\"\nvariants = {variants}\n");
+    right(&format!("{own}{changed}{memory}"));
+    // Without commands that are counted a byte has the price of the device.
+    wrong(&format!("set = {{ dram.model = \"bandwidth\" }}\n{own}{changed}"), &["as `a` does"]);
     // A value that the table has anyway may be repeated.
     let repeated = table("b", "gscore-28nm-flat", "dram.flat.read.energy = \"10.88 pJ/B\"");
     right(&repeated);
