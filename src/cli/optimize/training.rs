@@ -63,7 +63,7 @@ pub fn trainer(arch: &str) -> Result<System, Failure> {
 fn updates_models(machine: &Machine) -> bool {
     let tables = &machine.tables;
     let by_units = tables.get::<TrainingSpec>().map(|training| training.update);
-    let update = by_units.or_else(|| tables.get::<TrainSpec>().map(|train| training.update));
+    let update = by_units.or_else(|| tables.get::<TrainSpec>().map(|train| train.update));
     let source = tables.get::<PixelsSpec>().map(|pixels| pixels.source);
     matches!(update, Some(Updated::All | Updated::Visible)) && source != Some(PixelSource::Sampled)
 }

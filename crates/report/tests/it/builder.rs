@@ -106,7 +106,13 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
                 lookups: 4 * n,
                 hits: n,
             }),
-            step: Some(StepSummary { loss: n, reverse: 3 * n, chain: n, update: 2 * n }),
+            step: Some(StepSummary {
+                loss: n,
+                reverse: 3 * n,
+                chain: n,
+                update: 2 * n,
+                sums: [4 * n, n],
+            }),
             stereo: Some(StereoSummary {
                 handed_on: n,
                 entries: 2 * n,
