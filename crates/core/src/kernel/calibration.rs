@@ -15,7 +15,7 @@
 //!   (preprocessing; sorting and rendering; one phase if the schedule overlaps them), so that they
 //!   add up to the time for which the reference had requests of the phase under way, the latency of
 //!   an idle memory taken off. The stretch is what conflicts of banks, turnarounds of the bus,
-//!   uneven channels, refreshes and a second master cost. Requests of contiguous bytes pay for the
+//!   uneven channels and refreshes cost. Requests of contiguous bytes pay for the
 //!   bursts that they only touch once each.
 //! * **Latency.** A read has its data a row cycle (precharge, activate, read) and the controller's
 //!   latency after its bus time, a write is done a row cycle and two turnarounds after it. In front
@@ -24,6 +24,10 @@
 //!   most the time that full read queues take, or half of the time in which write queues fill; it
 //!   grows in proportion to the queue in front of the request, up to half of the read queues.
 //! * **Commands** per byte of each stream, refreshes per cycle.
+//!
+//! Beside a second master there is no such run: units that keep the memory busy would take from
+//! that master what slower ones leave it, so the machine is timed as with `banked`
+//! ([`DramSpec::timed`](crate::machine::DramSpec::timed)).
 //!
 //! What it does not know: rows that are open or closed because other units are faster or slower
 //! than those of the reference, and machines whose few writes under way wait for reads to pause.
@@ -96,7 +100,7 @@ impl Reference {
         run: impl FnOnce(&Machine, &mut CalibrationRecorder) -> Option<Recording>,
         streams: &'static Streams,
     ) -> Option<Arc<Calibration>> {
-        if machine.dram.model != DramModel::Calibrated {
+        if machine.dram.timed() != DramModel::Calibrated {
             return None;
         }
         let mut reference = machine.clone();
@@ -137,8 +141,6 @@ pub struct Calibration {
     refreshes: [f64; 2],
     /// Cycles for which the bus with the most traffic moves data, per burst of the machine.
     busy: f64,
-    /// Share of the time for which it moves data of the second master.
-    busy_for_others: f64,
 }
 
 impl Calibration {
@@ -174,8 +176,7 @@ impl Calibration {
     pub(super) fn busy_cycles(&self, bytes: &[u64; Streams::MOST], frame: u64) -> u64 {
         let bursts = |(bytes, per): (&u64, &PerByte)| (per.reads + per.writes) * *bytes as f64;
         let own: f64 = bytes.iter().zip(&self.commands).map(bursts).sum();
-        let busy = own * self.busy + frame as f64 * self.busy_for_others;
-        (busy.ceil() as u64).min(frame)
+        ((own * self.busy).ceil() as u64).min(frame)
     }
 }
 
@@ -404,7 +405,6 @@ impl<'a> CalibrationFit<'a> {
                 (cost, PerByte { reads, writes, activates: 0.0 })
             }
         };
-        let bursts: f64 = self.seen.iter().map(CalibrationSeen::bursts).sum();
         let all = (stats.reads + stats.writes).max(1) as f64;
         let frame = (*frame).max(1) as f64;
         let busy = stats.busy_max as f64 * cycles_per_ck / all;
@@ -417,7 +417,6 @@ impl<'a> CalibrationFit<'a> {
             precharges: precharges / stats.activates.max(1) as f64,
             refreshes: [stats.refreshes_all, stats.refreshes_bank].map(|n| n as f64 / frame),
             busy,
-            busy_for_others: (all - bursts).max(0.0) * busy / frame,
         }
     }
 }

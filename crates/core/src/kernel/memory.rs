@@ -106,7 +106,7 @@ impl Layout for Ranges {
 /// # Panics
 /// When the machine's model needs a device and [`Machine::link`] was never called.
 pub fn answers_in(machine: &Machine) -> u64 {
-    let seconds = match machine.dram.model {
+    let seconds = match machine.dram.timed() {
         DramModel::Bandwidth => machine.dram.latency.0 * 1e-9,
         DramModel::Banked | DramModel::Calibrated => {
             let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
@@ -234,7 +234,7 @@ impl<'a, L: Layout> Memory<'a, L> {
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
         let spec = &machine.dram.second_master;
         let mut master = None;
-        let timer = match machine.dram.model {
+        let timer = match machine.dram.timed() {
             DramModel::Bandwidth | DramModel::Calibrated => {
                 Timer::Flat(Box::new(Channel::new(flat)))
             }
@@ -249,10 +249,9 @@ impl<'a, L: Layout> Memory<'a, L> {
                 Timer::Banked(Box::new(queued), clocks)
             }
         };
-        let share = match machine.dram.model {
+        let share = match machine.dram.timed() {
             DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
-            DramModel::Calibrated => (0.0, spec.rate.0 / machine.clock.0),
-            DramModel::Banked => (0.0, 0.0),
+            DramModel::Calibrated | DramModel::Banked => (0.0, 0.0),
         };
         let (traffic, samples) = (Traffic::default(), Vec::new());
         Memory { layout, streams, traffic, timer, master, share, calibration, samples, frame: 0 }

@@ -82,6 +82,14 @@ impl DramSpec {
     pub fn has_device(&self) -> bool {
         self.device != NO_DEVICE
     }
+
+    /// The model that times its requests: beside a second master `calibrated` is `banked`.
+    pub fn timed(&self) -> DramModel {
+        match self.model {
+            DramModel::Calibrated if self.second_master.is_on() => DramModel::Banked,
+            model => model,
+        }
+    }
 }
 
 /// The `[dram]` table: the `bandwidth` model, and the device of the others.

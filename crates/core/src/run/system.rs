@@ -222,14 +222,16 @@ impl System {
     }
 
     /// The same with the `calibrated` model of its DRAM, for many variants of it on the same
-    /// frames; `None` where its model is not `banked`.
+    /// frames; `None` where its model is not `banked`, or a second master makes `calibrated` as slow
+    /// as that.
     ///
     /// # Errors
     /// As [`System::with`].
     pub fn calibrated(&self) -> Result<Option<System>, RunError> {
-        let is_banked = self.machine.dram.model == DramModel::Banked;
+        let dram = &self.machine.dram;
+        let gains = dram.model == DramModel::Banked && !dram.second_master.is_on();
         let model = || Change::machine("dram.model", DramModel::Calibrated.name());
-        is_banked.then(|| self.with(&[model()])).transpose()
+        gains.then(|| self.with(&[model()])).transpose()
     }
 
     /// Takes over the file that a changed key of the machine names.

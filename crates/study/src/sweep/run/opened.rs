@@ -191,8 +191,9 @@ impl OpenedSweep<'static> {
             StandIn::Always => true,
             StandIn::Never => false,
         };
-        // Whoever names the model means that one.
+        // Whoever names the model means that one. Beside a second master it is no faster.
         let is_calibrated = stands_in
+            && !designs.base.machine.dram.second_master.is_on()
             && request.dram_model.is_none()
             && designs.base.machine.dram.model == DramModel::Banked
             && !file.text().contains(MODEL)
