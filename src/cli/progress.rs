@@ -28,20 +28,20 @@ impl ProgressPace {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// So many items are done.
+    /// `done` items are done.
     fn reach(&self, at: u64) {
         self.first().get_or_insert_with(|| (Instant::now(), at));
     }
 
-    /// The time that is left of so many items.
+    /// The time that is left of `len` items.
     fn left(&self, at: u64, of: u64) -> Option<Duration> {
         let (since, first) = (*self.first())?;
         left(since.elapsed(), at.saturating_sub(first), of.saturating_sub(at))
     }
 }
 
-/// The time that is left where `done` items took `elapsed` and `rest` are to come, by the mean of all
-/// of them: that of the last few says nothing where items rest while something else is measured.
+/// The time that is left where `done` items took `elapsed` and `rest` are to come, by the mean of
+/// all of them: that of the last few says nothing where items rest while something else is measured.
 /// `None`: nobody knows.
 pub fn left(elapsed: Duration, done: u64, rest: u64) -> Option<Duration> {
     let seconds = elapsed.as_secs_f64() * rest as f64 / done as f64;

@@ -132,7 +132,7 @@ impl SensitivityArgs {
 const TRACE_END: &str = "bin";
 
 impl SensitivityArgs {
-    /// Refuses a key behind `--keys KEY` that stands for itself, and would be a trace.
+    /// Refuses a key behind `--keys KEY` that is given alone, and would be a trace.
     fn no_stray_key(&self) -> Result<(), Failure> {
         let is_key =
             |path: &&PathBuf| !path.exists() && path.extension().is_none_or(|end| end != TRACE_END);

@@ -17,7 +17,7 @@ pub use scheme::dark_declarations;
 pub use style::{Format, Sheet, Style};
 
 use powergs_pixels::RgbImage;
-use scheme::Palette;
+use scheme::SchemeColours;
 
 /// A chart: a title, panels with axes, and what explains them.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,7 +106,7 @@ impl Chart {
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
     pub fn svg(&self, style: Style) -> Result<String, DrawError> {
-        let svg = render::svg::svg(&self.scene(style)?, Palette::Fixed);
+        let svg = render::svg::svg(&self.scene(style)?, SchemeColours::Fixed);
         svg.map_err(|reason| self.failed(reason))
     }
 
@@ -116,7 +116,7 @@ impl Chart {
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
     pub fn page_svg(&self, style: Style) -> Result<String, DrawError> {
-        let svg = render::svg::svg(&self.scene(style)?, Palette::OfPage);
+        let svg = render::svg::svg(&self.scene(style)?, SchemeColours::OfPage);
         svg.map_err(|reason| self.failed(reason))
     }
 

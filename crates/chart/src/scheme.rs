@@ -41,14 +41,14 @@ const DOT_EDGE: &str = "--chart-dot";
 
 /// Where the colours of an SVG come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Palette {
+pub(crate) enum SchemeColours {
     /// They are in it: for files.
     Fixed,
     /// Those with a name follow the page.
     OfPage,
 }
 
-impl Palette {
+impl SchemeColours {
     /// A colour of lines and areas.
     pub(crate) fn mark(self, (r, g, b): Rgb) -> String {
         self.written("m", Colour(r, g, b))
@@ -62,8 +62,8 @@ impl Palette {
     /// The attribute that outlines a dot; nothing in files.
     pub(crate) fn dot(self) -> String {
         match self {
-            Palette::Fixed => String::new(),
-            Palette::OfPage => format!(" stroke=\"var({DOT_EDGE},none)\""),
+            SchemeColours::Fixed => String::new(),
+            SchemeColours::OfPage => format!(" stroke=\"var({DOT_EDGE},none)\""),
         }
     }
 
@@ -71,8 +71,8 @@ impl Palette {
         let own = hex(colour);
         let is_named = DARK.iter().any(|dark| dark.light == colour);
         match self {
-            Palette::OfPage if is_named => format!("var({},{own})", variable(kind, colour)),
-            Palette::OfPage | Palette::Fixed => own,
+            SchemeColours::OfPage if is_named => format!("var({},{own})", variable(kind, colour)),
+            SchemeColours::OfPage | SchemeColours::Fixed => own,
         }
     }
 }

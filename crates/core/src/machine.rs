@@ -116,7 +116,7 @@ fn schema(flows: &[&dyn Dataflow]) -> Value {
         let own = (flow.tables().schema)();
         for (key, table) in own["properties"].as_object().into_iter().flatten() {
             let known = keys.entry(key.clone()).or_insert_with(|| table.clone());
-            // Of a table that several dataflows have, all keys: those that they share mean the same.
+            // Of a table that several dataflows have, all keys: what they share means the same.
             let more = table["properties"].as_object().cloned().unwrap_or_default();
             if let Some(all) = known["properties"].as_object_mut() {
                 more.into_iter().for_each(|(key, own)| _ = all.entry(key).or_insert(own));

@@ -24,7 +24,7 @@ use powergs_quality::Lpips;
 use powergs_scene::{Camera, Gaussians};
 
 use super::checkpoint::{Checkpoints, Progress};
-use super::counted::Counted;
+use super::counted::PowerCounted;
 use super::judged::JudgedSize;
 use super::oracle::PowerOracle;
 use super::plan::Plan;
@@ -71,7 +71,7 @@ pub struct Campaign {
     /// The panel, scaled.
     pub display: Display,
     /// How power is counted.
-    pub counted: Counted,
+    pub counted: PowerCounted,
     /// How it is searched.
     pub settings: Settings,
     /// What is to be made.

@@ -26,7 +26,7 @@ impl PowerCounts {
 
 /// How the watts of a run are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Counted {
+pub struct PowerCounted {
     /// By which counts.
     pub counts: PowerCounts,
     /// Whether standby is in them: leakage, DRAM background and refresh.
@@ -38,11 +38,11 @@ pub struct Counted {
     pub display_factor: f64,
 }
 
-impl Counted {
+impl PowerCounted {
     /// A panel as its file has it.
-    pub(crate) fn by(counts: PowerCounts) -> Counted {
+    pub(crate) fn by(counts: PowerCounts) -> PowerCounted {
         let has_standby = counts.has_standby();
-        Counted { counts, has_standby, display_ratio: None, display_factor: 1.0 }
+        PowerCounted { counts, has_standby, display_ratio: None, display_factor: 1.0 }
     }
 
     /// By which counts, and whether standby is in them; `oracle` is the name of what counts.

@@ -8,11 +8,11 @@ use super::views::{PowerCameras, Priced};
 use powergs_scene::Camera;
 use powergs_scene::camera::edit::resized;
 
-/// Where views are judged with more pixels than they train with, so many gate and so many test at
+/// Where views are judged with more pixels than they train with, this many gate and test at
 /// most: each look at one takes as long as several iterations.
 pub(crate) const MOST_JUDGED: usize = 24;
 
-/// The sizes of what trains and of what is judged, beside that of the power.
+/// The sizes of what trains and of what is judged, with that of the power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct JudgedSize {
     /// Width and height of the largest view that trains, pixels.
@@ -24,7 +24,7 @@ pub struct JudgedSize {
 }
 
 impl JudgedSize {
-    /// What to know beside the watts: where models train in another size than that in which their
+    /// What to know with the watts: where models train in another size than that in which their
     /// quality and power are, or where these two differ.
     pub fn note(&self) -> Option<String> {
         let text = |[width, height]: [u32; 2]| format!("{width}x{height}");

@@ -11,7 +11,7 @@ pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
-use crate::counted::Counted;
+use crate::counted::PowerCounted;
 use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
 use crate::judged::JudgedSize;
@@ -65,7 +65,7 @@ pub struct Results {
     /// By which counts, whether standby is in them, and how the panel was scaled; `None` in files
     /// of before.
     #[serde(default)]
-    pub counted: Option<Counted>,
+    pub counted: Option<PowerCounted>,
     /// Frames shown per second.
     pub fps: f64,
     /// The panel.

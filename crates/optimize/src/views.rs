@@ -93,7 +93,7 @@ impl ViewSplit {
         self.validation.extend(made);
     }
 
-    /// Lets at most so many views gate and so many test, evenly spaced in their order. Those that
+    /// Lets at most `most` views gate and as many test, evenly spaced in their order. Those that
     /// are left out do nothing.
     pub(crate) fn sample(&mut self, most: usize) {
         for list in [&mut self.validation, &mut self.test] {

@@ -17,7 +17,7 @@ use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::conclusion::Conclusion;
-use powergs_optimize::counted::Counted;
+use powergs_optimize::counted::PowerCounted;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
 use powergs_optimize::judged::JudgedSize;
@@ -45,7 +45,7 @@ pub struct Story<'a> {
     /// What counted the power: a machine, or `paper`.
     pub oracle: String,
     /// By which counts, whether standby is in them, and how the panel was scaled.
-    pub counted: Counted,
+    pub counted: PowerCounted,
     /// The panel.
     pub display: String,
     /// Frames shown per second.
@@ -233,7 +233,7 @@ impl Story<'_> {
 }
 
 /// What stands under a chart with watts: those of another count are others.
-fn power_note(counted: &Counted, oracle: &str) -> String {
+fn power_note(counted: &PowerCounted, oracle: &str) -> String {
     let by = counted.by_what(&shortened(oracle, 24));
     match counted.display_ratio {
         None => format!("Power by {by}; the panel as it is."),

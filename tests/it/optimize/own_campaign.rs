@@ -66,6 +66,10 @@ fn labels_cover_nothing(finished: &Finished) {
     assert!(drawn.len() > 3, "{} charts", drawn.len());
     for chart in &drawn {
         assert_eq!(covered(chart), Vec::<String>::new());
+        // Pictures have no watts.
+        if chart.name == "strip" {
+            continue;
+        }
         let notes: Vec<&str> = chart.notes.iter().flatten().map(|note| &*note.text).collect();
         let says = "Power by the published closed form, without standby; the panel scaled to";
         assert!(notes.iter().any(|note| note.starts_with(says)), "{}: {notes:?}", chart.name);

@@ -31,7 +31,7 @@ key = "vru.cores"
 values = [2, 4]
 "#;
 
-/// Prices with α at so many picojoules.
+/// Prices with α at this many picojoules.
 fn prices(alpha: u32) -> String {
     let alpha = format!("[actions]\nalpha = {{ energy = \"{alpha} pJ\", source = \"A10\" }}\n");
     format!("base = \"gscore-28nm\"\nname = \"mine\"\n{alpha}")

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::scene::{Scene, ScenePoint, Shape, Text};
-use crate::scheme::Palette;
+use crate::scheme::SchemeColours;
 use crate::{Colour, Sheet};
 use powergs_base::build;
 
@@ -18,7 +18,7 @@ const PAPER: (u8, u8, u8) = (Colour::PAPER.0, Colour::PAPER.1, Colour::PAPER.2);
 ///
 /// # Errors
 /// An image that cannot be written as PNG.
-pub(crate) fn svg(scene: &Scene, palette: Palette) -> Result<String, String> {
+pub(crate) fn svg(scene: &Scene, palette: SchemeColours) -> Result<String, String> {
     let [width, height] = [scene.size.0, scene.size.1].map(number);
     let print = |length: f64| match scene.sheet {
         Sheet::Slide => number(length),
@@ -54,7 +54,7 @@ pub(crate) fn svg(scene: &Scene, palette: Palette) -> Result<String, String> {
     Ok(out)
 }
 
-fn draw(out: &mut String, shape: &Shape, palette: Palette) -> Result<(), String> {
+fn draw(out: &mut String, shape: &Shape, palette: SchemeColours) -> Result<(), String> {
     let colour = |rgb| palette.mark(rgb);
     let written = match shape {
         Shape::Rectangle { area: [l, t, r, b], fill } => {
@@ -102,7 +102,7 @@ fn draw(out: &mut String, shape: &Shape, palette: Palette) -> Result<(), String>
     written.map_err(|e| e.to_string())
 }
 
-fn words(out: &mut String, text: &Text, palette: Palette) -> std::fmt::Result {
+fn words(out: &mut String, text: &Text, palette: SchemeColours) -> std::fmt::Result {
     let (x, y) = (number(text.start.0), number(text.start.1));
     write!(out, "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\"", number(text.size))?;
     if text.bold {

@@ -5,7 +5,7 @@ use powergs_chart::{
 };
 use powergs_pixels::RgbImage;
 
-/// A picture in the colours of a scale, with that scale beside it, and a bar with text on it.
+/// A picture in the colours of a scale, with that scale next to it, and a bar with text on it.
 fn heat_map() -> Chart {
     let Colour(r, g, b) = Colour::at(0.25);
     let tiles = RgbImage::from_fn(4, 4, |_, _| [r, g, b]);

@@ -46,7 +46,7 @@ use crate::kernel::ledger::{Ledger, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::{Observer, State};
-use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
+use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
 use crate::machine::check::Contradiction;
 use crate::machine::{Machine, Optional};
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall, sram_read, sram_write};
@@ -129,7 +129,7 @@ impl Dataflow for GpuFlow {
         [machine.gpu().blend.tile; 2]
     }
 
-    /// A unit beside the kernels may blend while they work on the next frame.
+    /// An attached unit may blend while they work on the next frame.
     fn overlaps(&self, machine: &Machine) -> bool {
         let attached = &machine.gpu().attached;
         attached.is_there() && attached.overlap == AttachedOverlap::Frames
@@ -163,8 +163,10 @@ impl Dataflow for GpuFlow {
         let calibration = calibration(task.machine, &kernels, task.memo);
         let calibration = calibration.as_deref();
         Ok(match observer {
-            None => through(task.machine, &kernels, calibration, &mut ()).0,
-            Some(mut observer) => through(task.machine, &kernels, calibration, &mut observer).0,
+            None => through(task.machine, &kernels, calibration, task.halt, &mut ()).0,
+            Some(mut observer) => {
+                through(task.machine, &kernels, calibration, task.halt, &mut observer).0
+            }
         })
     }
 }
@@ -687,6 +689,7 @@ struct Stream<'a, O> {
     attached: Option<BlockStream>,
     /// Whether all kernels have just ended.
     wakes: bool,
+    halt: Halt<'a>,
     observer: &'a mut O,
 }
 
@@ -791,12 +794,16 @@ impl<O: Observer> kernel::Agents for Stream<'_, O> {
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         self.memory.advance(until)
     }
+
+    fn halt(&self) -> Halt<'_> {
+        self.halt
+    }
 }
 
 /// What a run on its device says of a machine's memory, where that is `calibrated`.
 fn calibration(machine: &Machine, kernels: &Kernels, memo: &Memo) -> Option<Arc<Calibration>> {
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
-        through(reference, kernels, None, recorder).1
+        through(reference, kernels, None, Halt::NEVER, recorder).1
     };
     Reference::calibration(machine, memo, |_| {}, run, &STREAMS)
 }
@@ -805,6 +812,7 @@ fn through<O: Observer>(
     machine: &Machine,
     kernels: &Kernels,
     calibration: Option<&Calibration>,
+    halt: Halt<'_>,
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
     let m = machine.gpu();
@@ -830,6 +838,7 @@ fn through<O: Observer>(
         launching: 0,
         attached: kernels.attached.as_ref().map(|work| BlockStream::new(unit, &work.blocks)),
         wakes: false,
+        halt,
         observer,
     };
     let agents = 1 + usize::from(kernels.attached.is_some());

@@ -39,7 +39,7 @@ use crate::kernel::ledger::cycles;
 use crate::kernel::memory::{Arrival, Memory, Request};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
-use crate::kernel::{self, Calibration, FrameTiming, Histogram, Memo, drive};
+use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
 use crate::machine::check::Contradiction;
 use crate::machine::{BufferSpec, Machine, Optional};
 use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, sram_read, sram_write, work_id};
@@ -258,6 +258,7 @@ pub struct RegionShared<'a, O> {
     conversions: Vec<[u64; 2]>,
     /// The first pixel of each region in memory.
     first_pixel: Vec<u64>,
+    halt: Halt<'a>,
     observer: &'a mut O,
 }
 
@@ -319,6 +320,10 @@ impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         self.shared.memory.advance(until)
     }
+
+    fn halt(&self) -> Halt<'_> {
+        self.shared.halt
+    }
 }
 
 /// Makes a machine the one whose run on the device calibrates others: the same requests, by units
@@ -353,7 +358,7 @@ pub fn calibration(
     memo: &Memo,
 ) -> Option<Arc<Calibration>> {
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
-        through(reference, frame, None, recorder).1
+        through(reference, frame, None, Halt::NEVER, recorder).1
     };
     Reference::calibration(machine, memo, refer, run, &STREAMS)
 }
@@ -362,16 +367,17 @@ pub fn calibration(
 fn run<O: Observer>(task: &FrameTask<'_>, frame: &ResidentFrame, observer: &mut O) -> FlowOutcome {
     let machine = task.machine;
     let calibration = calibration(machine, frame, task.memo);
-    through(machine, frame, calibration.as_deref(), observer).0
+    through(machine, frame, calibration.as_deref(), task.halt, observer).0
 }
 
 fn through<O: Observer>(
     machine: &Machine,
     frame: &ResidentFrame,
     calibration: Option<&Calibration>,
+    halt: Halt<'_>,
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
-    let m = machine.resident();
+    let m = &machine.resident().of_degree(frame.sh_degree);
     let step = Step::new(m, frame);
     let layout = Layout::new(frame, m, step.as_ref());
     let memory = Memory::new(layout, &STREAMS, machine, calibration);
@@ -394,6 +400,7 @@ fn through<O: Observer>(
         slices: vec![Slices::default(); frame.regions.len()],
         conversions: Vec::new(),
         first_pixel: first_pixel.collect(),
+        halt,
         observer,
     };
     let share = |store: &BufferSpec, owners: u32| store.capacity.0 / u64::from(owners);

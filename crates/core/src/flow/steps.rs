@@ -162,7 +162,7 @@ impl SteppedGaussians {
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct StepWidths {
     /// A number of a parameter, as the update reads and writes it. Records of other bytes are
-    /// written besides, as a copy.
+    /// written as well, as a copy.
     pub parameter: Bytes,
     /// A number of a gradient by a parameter.
     pub gradient: Bytes,

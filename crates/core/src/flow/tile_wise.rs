@@ -45,7 +45,7 @@ use crate::kernel::calibration::{CalibrationRecorder, Reference};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
-use crate::kernel::{Calibration, FrameTiming, Memo};
+use crate::kernel::{Calibration, FrameTiming, Halt, Memo};
 use crate::machine::check::Contradiction;
 use crate::machine::{Machine, Optional};
 use crate::stage::StageDecl;
@@ -280,6 +280,8 @@ pub struct FrameContext<'a> {
     /// What the `calibrated` model of the memory knows of the frame; [`replay`] and its kin measure
     /// it themselves.
     pub calibration: Option<&'a Calibration>,
+    /// Whether the frame is still wanted.
+    pub halt: Halt<'a>,
 }
 
 impl FrameContext<'_> {
@@ -427,7 +429,7 @@ fn run_in(
     let FrameTask { machine, memo, .. } = *task;
     let cache = CacheKey::of(machine).map(|key| memo.get(key, |key| key.replay(workload)));
     let hits = cache.as_ref().map(|cache| cache.hits.as_slice());
-    let context = FrameContext { hits, ..context };
+    let context = FrameContext { hits, halt: task.halt, ..context };
     let replay = replay_with(workload, machine, context, memo, observer);
     let mut outcome = outcome_of(task, workload, replay, context)?;
     outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
@@ -523,8 +525,12 @@ fn pair_frame(
     let mut outcome = match pair {
         EyeWork::Second(made, Some(_)) => {
             let hits: Vec<u32> = made.chunks.iter().map(|chunk| chunk.entries).collect();
-            let context =
-                FrameContext { hits: Some(&hits), derived: true, ..FrameContext::default() };
+            let context = FrameContext {
+                hits: Some(&hits),
+                derived: true,
+                halt: task.halt,
+                ..FrameContext::default()
+            };
             let replay = replay_with(made, machine, context, &own, observer);
             outcome_of(&separate, made, replay, context)?
         }

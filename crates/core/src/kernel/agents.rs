@@ -1,5 +1,6 @@
 //! Agents, and the loop that lets each act when it has something to do.
 
+use std::fmt;
 use std::ops::Range;
 use std::panic::resume_unwind;
 
@@ -32,6 +33,18 @@ pub trait Agents {
 /// Asks whether a frame under way is still wanted.
 #[derive(Clone, Copy)]
 pub struct Halt<'a>(Option<&'a (dyn Fn() -> bool + Sync)>);
+
+impl Default for Halt<'_> {
+    fn default() -> Self {
+        Halt::NEVER
+    }
+}
+
+impl fmt::Debug for Halt<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "asked" } else { "never" })
+    }
+}
 
 impl<'a> Halt<'a> {
     /// It is, to its end.

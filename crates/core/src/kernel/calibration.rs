@@ -25,7 +25,7 @@
 //!   grows in proportion to the queue in front of the request, up to half of the read queues.
 //! * **Commands** per byte of each stream, refreshes per cycle.
 //!
-//! Beside a second master there is no such run: units that keep the memory busy would take from
+//! With a second master there is no such run: units that keep the memory busy would take from
 //! that master what slower ones leave it, so the machine is timed as with `banked`
 //! ([`DramSpec::timed`](crate::machine::DramSpec::timed)).
 //!

@@ -100,8 +100,8 @@ impl Layout for Ranges {
     }
 }
 
-/// Cycles in which an idle memory answers a read: a row is opened and read, or what the machine says
-/// where it has no device or does not time it.
+/// Cycles in which an idle memory answers a read: a row is opened and read, or what the machine
+/// says where it has no device or does not time it.
 ///
 /// # Panics
 /// When the machine's model needs a device and [`Machine::link`] was never called.

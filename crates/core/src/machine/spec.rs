@@ -83,7 +83,7 @@ impl DramSpec {
         self.device != NO_DEVICE
     }
 
-    /// The model that times its requests: beside a second master `calibrated` is `banked`.
+    /// The model that times its requests: with a second master `calibrated` is `banked`.
     pub fn timed(&self) -> DramModel {
         match self.model {
             DramModel::Calibrated if self.second_master.is_on() => DramModel::Banked,

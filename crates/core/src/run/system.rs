@@ -222,8 +222,7 @@ impl System {
     }
 
     /// The same with the `calibrated` model of its DRAM, for many variants of it on the same
-    /// frames; `None` where its model is not `banked`, or a second master makes `calibrated` as slow
-    /// as that.
+    /// frames; `None` where its model is not `banked`, or `calibrated` would be no faster.
     ///
     /// # Errors
     /// As [`System::with`].

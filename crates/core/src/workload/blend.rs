@@ -17,6 +17,8 @@ pub struct TileBlend<'a> {
     pub iterated: Vec<u32>,
     /// Entries that were blended, those that stop a pixel included.
     pub blends: u64,
+    /// Whether an entry has stopped each pixel.
+    pub has_stopped: Vec<bool>,
 }
 
 impl<'a> TileBlend<'a> {
@@ -34,7 +36,13 @@ impl<'a> TileBlend<'a> {
             transmittance: vec![1.0; pixels],
             iterated: vec![entries; pixels],
             blends: 0,
+            has_stopped: vec![false; pixels],
         }
+    }
+
+    /// Pixels that an entry has stopped.
+    pub fn stopped(&self) -> u32 {
+        self.has_stopped.iter().filter(|stopped| **stopped).count() as u32
     }
 
     /// Blends the splat `rank`, as the rasteriser does: the entry that would leave too little light
@@ -61,6 +69,7 @@ impl<'a> TileBlend<'a> {
                 let rest = self.transmittance[pixel] * (1.0 - alpha);
                 if rest < TRANSMITTANCE_MIN && !self.whole {
                     self.iterated[pixel] = at + 1;
+                    self.has_stopped[pixel] = true;
                 } else {
                     self.transmittance[pixel] = rest;
                 }

@@ -19,6 +19,8 @@ pub struct TileList {
     pub iterated: Vec<u32>,
     /// Entries that its pixels blend.
     pub blends: u64,
+    /// Pixels that an entry of these stops.
+    pub stopped: u32,
     /// Pixels of it that are finished; `None` for all inside of the image.
     pub finished: Option<u32>,
 }
@@ -168,6 +170,7 @@ impl FrameWorkload {
             entries: n,
             alpha_evaluations: list.iterated.iter().map(|&i| u64::from(i)).sum(),
             blends: list.blends,
+            stopped: list.stopped,
             chunks,
             loaded: (u64::from(chunks) * u64::from(g.chunk)).min(u64::from(n)) as u32,
             ..TileWork::default()

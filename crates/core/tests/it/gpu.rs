@@ -339,7 +339,7 @@ fn a_step_moves_what_its_arrays_take() {
         made(&["training.sum=warp", "training.update=none", "training.densify=10"]);
     let own = 8 * seen + (3 * stored * points).div_ceil(10);
     assert_eq!(update, [own, own]);
-    // Without moments, and with parameters in half precision beside records in single.
+    // Without moments, and with parameters in half precision and records in single.
     let widths = ["training.widths.moment=0 B", "training.widths.parameter=2 B"];
     let ([.., update], _, _) = made(&[&["training.sum=warp"], &widths[..]].concat());
     assert_eq!(update, [(2 + 4) * numbers * points, (2 * numbers + stored) * points]);

@@ -86,11 +86,12 @@ impl<L: Layout> Memory<L> {
     pub fn new(layout: L, streams: &'static Streams, machine: &Machine, flat: Dram) -> Self {
         let device = || machine.device.as_ref().expect("linked");
         let fs = |ns: f64| (ns * 1e6).round() as u64;
+        // With a second master `calibrated` is `banked`.
+        let is_alone = !machine.dram.second_master.is_on();
         let kind = match machine.dram.model {
-            DramModel::Bandwidth | DramModel::Calibrated => {
-                Kind::Bus(Box::new(flat), VecDeque::new())
-            }
-            DramModel::Banked => {
+            DramModel::Bandwidth => Kind::Bus(Box::new(flat), VecDeque::new()),
+            DramModel::Calibrated if is_alone => Kind::Bus(Box::new(flat), VecDeque::new()),
+            DramModel::Banked | DramModel::Calibrated => {
                 let spec = machine.dram.second_master.clone();
                 let master = spec.is_on().then(|| Master {
                     spec,

@@ -225,7 +225,7 @@ const CHOICES: [Choice; 34] = [
     ("front.lazy", &["false", "false", "false", "true"]),
 ];
 
-/// What those that look for the ends of rows may differ in besides.
+/// What those that look for the ends of rows may differ in as well.
 const ROWS: [Choice; 2] = [("raster.row-cycles", &["1", "1", "5"]), ("front.row", &["0", "13"])];
 
 /// A buffer for a tail unit.
@@ -405,8 +405,9 @@ fn a_step_goes_once_more_through_the_lists() {
     // Bytes: lists, Gaussians and pixels once more; sums out and in; values, gradients and two
     // moments of all numbers, 4 B each, and the records, which have other widths.
     let (entries, splats) = (cut.entries.len() as u64, cut.index.len() as u64);
-    let (stored, points) = (12 + 32 + 48, cut.counters.points);
-    let numbers = 11 + 3 * cut.sh_degree.coefficients();
+    let coefficients = cut.sh_degree.coefficients();
+    let (stored, points) = (12 + 32 + (48 * coefficients).div_ceil(16), cut.counters.points);
+    let numbers = 11 + 3 * coefficients;
     let more = |stage: usize| {
         let [a, b] = [&step, &plain].map(|outcome| outcome.served.stages[stage]);
         [a.read - b.read, a.write - b.write]
@@ -446,5 +447,6 @@ fn it_keeps_the_laws() {
         slack: 0.1,
         idle_keys: &[],
     };
-    assert_eq!(broken(&trial), Vec::<String>::new());
+    // Colours of scenes of degree 0, as these, lie as near as their alignment lets them.
+    assert_eq!(broken(&trial), ["`gaussian.colour-pitch` moves nothing"]);
 }

@@ -112,7 +112,7 @@ pub struct FormatFactors {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramPrices {
-    /// One price per byte, and powers of the whole memory. Beside `device = true` it is the price
+    /// One price per byte, and powers of the whole memory. With `device = true` it is the price
     /// of a memory without a device: `dram.device = "none"` in the machine.
     pub flat: Option<FlatDram>,
     /// The machine's DRAM device at the prices of that device's file: of its commands, or, where

@@ -5,7 +5,7 @@ use powergs_scene::Camera;
 
 use super::collect::Collected;
 use super::{Campaign, CampaignError, GivenViews};
-use crate::counted::Counted;
+use crate::counted::PowerCounted;
 use crate::foveated::levels_shown;
 use crate::invalid::{Invalid, in_range};
 use crate::judged::{JudgedSize, in_priced_size};
@@ -118,7 +118,7 @@ impl Campaign {
             power_views,
             priced,
             renderer: request.renderer,
-            counted: Counted::by(request.oracle.counts()),
+            counted: PowerCounted::by(request.oracle.counts()),
             oracle: request.oracle,
             display: request.display,
             settings,

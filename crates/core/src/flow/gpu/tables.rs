@@ -258,8 +258,8 @@ pub struct BlendSpec {
 /// Bytes that a slice of the L2 cache moves in a cycle.
 const SLICE: f64 = 64.0;
 
-/// The `[training]` table of a GPU: a frame is a step of training, with the loss, the gradients and the update
-/// behind it.
+/// The `[training]` table of a GPU: a frame is a step of training, with the loss, the gradients and
+/// the update behind it.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 pub struct TrainSpec {

@@ -44,7 +44,7 @@ fn totals(frame: &RecordedFrame) -> Vec<(ActionId, u64)> {
     totals
 }
 
-/// How often an action happens at most in so many cycles; `None` where the machine file does not
+/// How often an action happens at most in `cycles`; `None` where the machine file does not
 /// say what a unit does in one.
 fn most(action: ActionId, machine: &RecordedSpec, cycles: u64) -> Option<f64> {
     let (hardware, cycles) = (hardware(), cycles as f64);

@@ -32,7 +32,7 @@ use powergs_energy::hardware::Does;
 /// The longest frame that is believed, cycles.
 pub const CYCLES_MAX: u64 = 1 << 40;
 
-/// The most that is believed of a count: up to here numbers in results are exact, and no sum of
+/// The largest count that is accepted: up to here numbers in results are exact, and no sum of
 /// them is too large.
 pub const COUNT_MAX: u64 = 1 << 53;
 

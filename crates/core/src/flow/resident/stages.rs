@@ -2,7 +2,7 @@
 
 use super::work::RecordCounts;
 use super::{
-    ComposeSpec, Cut, FrontSpec, OrderSpec, RasterSpec, Resident, StoreSpecs, TailSpec,
+    ComposeSpec, Cut, FrontSpec, OrderSpec, RasterSpec, RegionSpec, Resident, StoreSpecs, TailSpec,
     TrainingSpec,
 };
 use crate::kernel::stream::{reads, writes};
@@ -58,6 +58,13 @@ pub const FRONT_DECL: StageDecl = StageDecl {
         omit("Gaussians without a pixel that are converted late", Bias::Optimistic, "A119")
             .by("front.lazy = false", |m| !m.of_type::<FrontSpec>().lazy),
         omit("pointers of the lists of regions that grow", Bias::Optimistic, "A119"),
+        omit("shapes of Gaussians before their regions are found", Bias::Optimistic, "A149").by(
+            "front.lazy = true and region.cut = \"exact\"",
+            |m| {
+                let is_exact = m.of_type::<RegionSpec>().cut == Cut::Exact;
+                m.of_type::<FrontSpec>().lazy && is_exact
+            },
+        ),
     ],
     behind: &["A119"],
     ..StageDecl::new(
@@ -228,6 +235,8 @@ pub const TAIL_DECL: StageDecl = StageDecl {
     after: Some("raster"),
     input: "regions from the raster engines",
     doubles: &[double("tail.lanes", &["tail.lanes"], &["A122"])],
+    omits: &[omit("the search for pixels that have not stopped", Bias::Optimistic, "A122")
+        .by("tail.share > 0", |m| m.of_type::<TailSpec>().share > 0.0)],
     behind: &["A122"],
     ..StageDecl::new(
         "tail",

@@ -4,8 +4,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::work::RegionEntry;
+use crate::flow::tile_wise::alignment_of;
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
+use powergs_frame::scene::ShDegree;
 
 pub use crate::flow::steps::{TrainingSpec, Updated};
 
@@ -112,7 +114,8 @@ pub struct GaussianSpec {
     pub position: Bytes,
     /// Scale, rotation and opacity, as stored.
     pub shape: Bytes,
-    /// Spherical harmonics, as stored.
+    /// Spherical harmonics of degree 3, as stored: in a scene of lower degree d they take (d + 1)²
+    /// / 16 of these bytes, rounded up.
     pub colour: Bytes,
     /// Distance of two colours in memory.
     pub colour_pitch: Bytes,
@@ -311,6 +314,22 @@ impl StoreSpecs {
 }
 
 impl Resident {
+    /// The same for scenes of a degree: colours have the bytes of its coefficients, and lie as near
+    /// as the alignment of the others lets them.
+    #[must_use]
+    pub fn of_degree(&self, degree: ShDegree) -> Resident {
+        let mut own = self.clone();
+        if degree == ShDegree::MAX {
+            return own;
+        }
+        let (g, all) = (&mut own.gaussian, ShDegree::MAX.coefficients());
+        let (colour, pitch) =
+            ((g.colour.0 * degree.coefficients()).div_ceil(all), g.colour_pitch.0);
+        g.colour = Bytes(colour);
+        g.colour_pitch = Bytes(colour.next_multiple_of(alignment_of(pitch)).min(pitch));
+        own
+    }
+
     /// Bytes of the buffer for pixels that each engine has.
     pub fn pixel_share(&self) -> u64 {
         self.stores.pixels.capacity.0 / u64::from(self.raster.engines)

@@ -58,7 +58,7 @@ pub struct GradientsSpec {
     /// Pixels of a tile that go forward and back together: of so many blends are kept.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels"))]
     pub pixels: u32,
-    /// Sums that a core has on their way from memory at a time: further ones wait for as long as
+    /// Sums that a core has in flight from memory at a time: further ones wait for as long as
     /// an idle memory takes to answer.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "sums"))]
     pub misses: u32,
@@ -272,7 +272,7 @@ impl GradientsSpec {
         self.cache.capacity.0 > 0
     }
 
-    /// Cycles of a core for so many additions to sums of so many bytes, when all cores have their
+    /// Cycles of a core for additions to sums of `record` bytes, when all cores have their
     /// share of the banks: a sum is read and written back.
     fn through_banks(&self, additions: u64, record: u64, cores: u64) -> u64 {
         let accesses = match self.cache.ports {
@@ -333,8 +333,8 @@ fn met(workload: &FrameWorkload, tile: usize) -> Vec<u32> {
     (0..last).rev().filter(is_met).map(slot).collect()
 }
 
-/// Pairs of a tile that have gradients: the entry that stops a pixel is counted with the blends, and
-/// leaves nothing.
+/// Pairs of a tile that have gradients: the entry that stops a pixel is counted with the blends,
+/// and leaves nothing.
 fn gradients(tile: &TileWork) -> u64 {
     tile.blends - u64::from(tile.stopped)
 }
@@ -471,7 +471,7 @@ impl<'a> GradientWork<'a> {
             .div_ceil(u64::from(self.spec.lanes))
             .max(sums.met * u64::from(self.spec.sum_cycles))
             .max(banks)
-            // So many are on their way at a time, each for as long as the memory takes.
+            // A core has that many in flight, each for as long as the memory takes.
             .max((fetched * self.answer).div_ceil(u64::from(self.spec.misses)))
             .max(loss.div_ceil(u64::from(self.spec.operations_per_cycle)));
         let [fetched, left] = [0, 1].map(|way: usize| sums.moved[way].len() as u64 * record);

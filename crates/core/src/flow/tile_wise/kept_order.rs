@@ -175,6 +175,7 @@ fn tile_list(
     // Left as it was found: a thread's next tile then has to clear nothing but its own list.
     own.iter().for_each(|&rank| position[rank as usize] = GONE);
     let out_of_order = ranks.windows(2).filter(|pair| pair[0] > pair[1]).count() as u64;
+    list.stopped = pixels.stopped();
     (list.iterated, list.blends, list.ranks) = (pixels.iterated, pixels.blends, ranks);
     (list, out_of_order)
 }

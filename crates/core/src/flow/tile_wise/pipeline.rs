@@ -284,6 +284,10 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
     fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         self.shared.memory.advance(until)
     }
+
+    fn halt(&self) -> kernel::Halt<'_> {
+        self.shared.context.halt
+    }
 }
 
 /// The results of the pipeline for a frame.

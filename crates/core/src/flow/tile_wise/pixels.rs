@@ -450,6 +450,7 @@ fn seen(workload: &FrameWorkload, tile: usize) -> SeenTile {
             }
         });
     }
+    list.stopped = pixels.stopped();
     (list.iterated, list.blends) = (pixels.iterated, pixels.blends);
     SeenTile { list, pixels: depth.into_iter().map(ShownPixel::rendered).collect() }
 }
@@ -501,6 +502,7 @@ fn sampled_tile(
         if unseen || is_sampled(spec, place, frame) {
             finished += 1;
             list.blends += u64::from(blended[i]);
+            list.stopped += u32::from(pixels.has_stopped[i]);
         } else {
             // It wants nothing of the list, so that sub-tiles go on for the wanted pixels alone.
             pixels.iterated[i] = 0;
@@ -547,7 +549,8 @@ fn filtered_list(workload: &FrameWorkload, tile: usize, list: TileList) -> (Tile
         let until = kept.ranks.len() as u32;
         rendered.iter().filter(|&&i| list.iterated[i] > at).for_each(|&i| kept.iterated[i] = until);
     }
-    (TileList { finished: list.finished, blends: list.blends, ..kept }, tests)
+    let TileList { finished, blends, stopped, .. } = list;
+    (TileList { finished, blends, stopped, ..kept }, tests)
 }
 
 /// Whether a pixel is that of its cell.

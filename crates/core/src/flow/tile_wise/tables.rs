@@ -357,6 +357,11 @@ pub enum FeatureSource {
 /// Colour records are aligned to at most this: a burst of LPDDR memories, and a usual buffer word.
 const ALIGNMENT_MAX: u64 = 32;
 
+/// What colours at this distance are aligned to.
+pub(crate) fn alignment_of(pitch: u64) -> u64 {
+    1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2())
+}
+
 impl RecordSpec {
     /// The records of a scene of this SH degree on a machine with this codebook.
     pub(crate) fn of(&self, degree: ShDegree, codebook: &CodebookSpec) -> RecordSpec {
@@ -373,7 +378,7 @@ impl RecordSpec {
         };
         let colour = self.colour.0 - coefficients + kept;
         let pitch = self.colour_pitch.0;
-        let alignment = 1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2());
+        let alignment = alignment_of(pitch);
         let alignment = match codebook.entries {
             0 => alignment,
             _ => colour.next_power_of_two().min(alignment),

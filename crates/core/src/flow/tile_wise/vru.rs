@@ -163,6 +163,15 @@ pub const VRU: StageDecl = StageDecl {
             "A86",
         )
         .by("vru.impl = \"serial\"", |m| m.of_type::<VruSpec>().implementation == VruImpl::Serial),
+        omit(
+            "the search for the live pixels of an entry, and their packing",
+            Bias::Optimistic,
+            "A130",
+        )
+        .by("vru.impl = \"pixels\" or \"quads\"", |m| {
+            let units = m.of_type::<VruSpec>().implementation;
+            matches!(units, VruImpl::Pixels | VruImpl::Quads)
+        }),
         omit("pairs that begin before a stop is known", Bias::Optimistic, "A88")
             .by("vru.stop-latency = 0", |m| m.of_type::<VruSpec>().stop_latency == 0),
     ],

@@ -21,7 +21,7 @@ const OVERLAPS: [(&str, &[&str]); 3] = [
 /// How far `calibrated` may be off `banked`, and on machines that need a path of frames.
 const ERRORS: [f64; 2] = [0.08, 0.10];
 
-/// What is further off, and by how much at worst: few requests of small frames, most of them warped.
+/// What is further off, and by how much at worst: small frames, most of them warped.
 const KNOWN: (&str, &str, f64) = ("ls-gaussian", "schedule.overlap=frames", 0.105);
 
 fn of(name: &str, sets: &[String]) -> Option<System> {

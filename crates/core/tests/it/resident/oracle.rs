@@ -98,7 +98,7 @@ impl World<'_> {
 
 /// Steps through a frame.
 pub fn run(machine: &Machine, frame: &ResidentFrame, calibration: Option<&Calibration>) -> Seen {
-    let m = machine.resident();
+    let m = &machine.resident().of_degree(frame.sh_degree);
     let flat = match calibration {
         Some(calibration) => calibration.dram(),
         None => Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),

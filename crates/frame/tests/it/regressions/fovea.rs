@@ -5,7 +5,7 @@ use powergs_frame::fovea::{EccentricityMap, Screen, ScreenRule, ScreenWidth, Til
 use powergs_frame::scene::Camera;
 use powergs_frame::splat::TileGrid;
 
-/// A camera that sees so many degrees from left to right, in an image of 1280x1024.
+/// A camera with this horizontal field of view, degrees, in an image of 1280x1024.
 fn camera(degrees: f64) -> Camera {
     let own = Camera::looking_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y, 0.6, (1280, 1024));
     let focal = 640.0 / (degrees.to_radians() / 2.0).tan();

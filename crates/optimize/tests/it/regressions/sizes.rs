@@ -1,4 +1,4 @@
-//! Watts of one size beside decibels of another.
+//! Watts of one size next to decibels of another.
 
 use powergs_base::picture::Picture;
 use powergs_core::run::{MemoryStore, RunError};

@@ -208,7 +208,7 @@ impl HandOut {
         let (mut others, mut lines) = (Vec::new(), Vec::new());
         let end = design.point.map_or("baseline".to_owned(), |point| point.to_string());
         lines.push(format!("base = {}", literal(&base)));
-        lines.push(format!("name = {}", literal(&format!("{}-{end}", stem(&base)))));
+        lines.push(format!("name = {}", literal(&format!("{}-{end}", word_of(&stem(&base))))));
         let named = self.table(table).map(|table| table.table.as_str());
         lines.extend(named.map(|name| format!("energy = {}", literal(name))));
         for (key, value) in settings.iter().filter(|(key, _)| key != MACHINE) {
@@ -392,6 +392,12 @@ fn path(key: &str) -> String {
         false => literal(part).to_string(),
     };
     key.split('.').map(part).collect::<Vec<_>>().join(".")
+}
+
+/// A name as machines may have it: what is no letter, digit, `-`, `_` or `.` becomes `-`.
+fn word_of(name: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    name.chars().map(|c| if is_plain(c) { c } else { '-' }).collect()
 }
 
 /// What a machine is called: the name of its file without folder and ending.

@@ -191,7 +191,7 @@ impl OpenedSweep<'static> {
             StandIn::Always => true,
             StandIn::Never => false,
         };
-        // Whoever names the model means that one. Beside a second master it is no faster.
+        // Whoever names the model means that one. With a second master it is no faster.
         let is_calibrated = stands_in
             && !designs.base.machine.dram.second_master.is_on()
             && request.dram_model.is_none()
