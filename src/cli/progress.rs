@@ -41,7 +41,7 @@ impl ProgressPace {
 }
 
 /// The time that is left where `done` items took `elapsed` and `rest` are to come, by the mean of
-/// all of them: that of the last few says nothing where items rest while something else is measured.
+/// all of them: that of the last few says nothing where items rest while others are measured.
 /// `None`: nobody knows.
 pub fn left(elapsed: Duration, done: u64, rest: u64) -> Option<Duration> {
     let seconds = elapsed.as_secs_f64() * rest as f64 / done as f64;

@@ -29,7 +29,7 @@ Examples:
   powergs-sim validate --rows mine --only my-chip --json
   powergs-sim validate --scenes traces/
 
-Exit code 1: a row that must hold is outside of its tolerance, a row has
+Exit code 1: a row that must hold has left its tolerance, a row has
 worsened, or the page of --check says something else.";
 
 /// The largest table that is read.

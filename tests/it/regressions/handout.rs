@@ -219,7 +219,7 @@ variants = [
     bench.check_shown("b", "own", "3");
     let file = bench.page("b/analysis")["offers"][0]["file"].as_str().expect("a file").to_owned();
     assert!(file.starts_with("base = \"study/machines/it's mine.toml\"\n"), "{file}");
-    assert!(file.contains("name = \"it's mine-"), "{file}");
+    assert!(file.contains("name = \"it-s-mine-"), "{file}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Configuration files: those that come with the program, by name, and any others, by path.
 //!
 //! One rule for every path: a file that is named in a file lies beside the file that names it
-//! ([`beside`]); only what a caller names, on a command line for instance, is of the working
+//! ([`placed_in`]); only what a caller names, on a command line for instance, is of the working
 //! folder. What a run reads does not depend on where it is started.
 
 use std::fs::File;
@@ -266,7 +266,7 @@ pub const RUN_KEY: &str = "recorded.file";
 /// Where configuration files come from.
 pub trait Files: Send + Sync {
     /// The file of this name or path; a relative path is one in `folder`, or in the working folder
-    /// where there is none ([`beside`]).
+    /// where there is none ([`placed_in`]).
     ///
     /// # Errors
     /// [`RunError::Config`]: an unknown name (with the known ones), or a file that cannot be read
@@ -283,7 +283,7 @@ pub trait Files: Send + Sync {
     /// # Errors
     /// That it cannot be opened, and why.
     fn open(&self, path: &str, folder: Option<&Path>) -> Result<Box<dyn Read>, String> {
-        let (name, path) = (path, beside(path, folder));
+        let (name, path) = (path, placed_in(path, folder));
         let wrong = |e: std::io::Error| format!("{}: {e}{}", path.display(), other(name, &path));
         // What has no end, or waits for a writer, would never be read.
         if !path.metadata().map_err(wrong)?.is_file() {
@@ -344,7 +344,7 @@ fn listed(name: &str, embedded: &[Embedded]) -> String {
 }
 
 /// Where a file lies that a file in `folder` calls `name`; `None` is the working folder.
-pub fn beside(name: &str, folder: Option<&Path>) -> PathBuf {
+pub fn placed_in(name: &str, folder: Option<&Path>) -> PathBuf {
     folder.map_or_else(|| PathBuf::from(name), |folder| folder.join(name))
 }
 
@@ -359,7 +359,7 @@ fn other(name: &str, path: &Path) -> String {
     }
 }
 
-/// Reads an embedded file by name, or any other by path, one [`beside`] where there is a `folder`,
+/// Reads an embedded file by name, or any other by path, one [`placed_in`] where there is a `folder`,
 /// on the base that it names; `kind` is what messages call such a file.
 ///
 /// # Errors
@@ -388,7 +388,7 @@ pub fn raw(
     if let Some(text) = find(embedded, name) {
         return Ok(ConfigText::new(name.to_owned(), None, text.to_owned()));
     }
-    let path = beside(name, folder);
+    let path = placed_in(name, folder);
     if !path.exists() && !is_path(name) {
         let message = format!("{}\n  or give a TOML file", unknown(kind, name, embedded));
         return Err(RunError::Config { place: String::new(), message });
@@ -432,7 +432,7 @@ fn is_path(name: &str) -> bool {
 pub fn found_as(kind: FileKind, name: &str, folder: Option<&Path>) -> String {
     let is_ours = find(kind.embedded(), name).is_some();
     let is_none = kind == FileKind::Dram && name == NO_DEVICE;
-    let path = beside(name, folder);
+    let path = placed_in(name, folder);
     match !is_ours && !is_none && (is_path(name) || path.exists()) {
         true => path.display().to_string(),
         false => name.to_owned(),

@@ -89,7 +89,7 @@ fn terminal_summary() {
         No doubled resource raises the frames per second per mm²: dram.channels saves
         most time, -24 %, for +67 % area and -1.5 % power.
 
-        limits  30 effects left out: 22 optimistic, 3 pessimistic, 5 either way: frame
+        limits  33 effects left out: 25 optimistic, 3 pessimistic, 5 either way: frame
                 times are rather too short; the assumptions that matter most: A4 (DRAM
                 transfers reach 78 % of the peak); A26 (All units of a core work on one
                 pair); numbers of PowerGS (powergs)

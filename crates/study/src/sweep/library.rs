@@ -108,15 +108,15 @@ pub(super) struct LibraryFile<'a> {
     /// Its name, or its path.
     pub(super) name: &'a str,
     /// The folder of the file that names it.
-    pub(super) beside: Option<&'a Path>,
+    pub(super) folder: Option<&'a Path>,
     /// Keys that are changed.
     pub(super) changes: &'a [LibraryChange],
 }
 
 impl<'a> LibraryFile<'a> {
     /// A file as it is.
-    pub(super) fn plain(name: &'a str, beside: Option<&'a Path>) -> LibraryFile<'a> {
-        LibraryFile { name, beside, changes: &[] }
+    pub(super) fn plain(name: &'a str, folder: Option<&'a Path>) -> LibraryFile<'a> {
+        LibraryFile { name, folder, changes: &[] }
     }
 }
 
@@ -146,9 +146,9 @@ impl Library {
     pub(super) fn machine(
         &self,
         name: &str,
-        beside: Option<&Path>,
+        folder: Option<&Path>,
     ) -> Result<Arc<LibraryDocument<Machine>>, String> {
-        self.get(&self.machines, LibraryFile::plain(name, beside), ANY_CLOCK)
+        self.get(&self.machines, LibraryFile::plain(name, folder), ANY_CLOCK)
     }
 
     /// An energy table for a machine with this clock: reference tables of Accelergy have leakage
@@ -181,8 +181,8 @@ impl Library {
         asked: LibraryFile<'_>,
         clock: Hertz,
     ) -> Result<Arc<LibraryDocument<T>>, String> {
-        let LibraryFile { name, beside, changes } = asked;
-        let mut id = format!("{name}\n{}\n{}", beside.unwrap_or(Path::new("")).display(), clock.0);
+        let LibraryFile { name, folder, changes } = asked;
+        let mut id = format!("{name}\n{}\n{}", folder.unwrap_or(Path::new("")).display(), clock.0);
         for (key, value) in changes {
             id.push_str(&format!("\n{}={value}", key.path));
         }
@@ -204,8 +204,8 @@ impl Library {
         asked: LibraryFile<'_>,
         clock: Hertz,
     ) -> Result<LibraryDocument<T>, String> {
-        let LibraryFile { name, beside, changes } = asked;
-        let mut file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
+        let LibraryFile { name, folder, changes } = asked;
+        let mut file = self.files.read(T::KIND, name, folder).map_err(|e| e.to_string())?;
         let mut value = T::of_file(&file, clock)?;
         let mut table = table_of(&value)?;
         if !changes.is_empty() {

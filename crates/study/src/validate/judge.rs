@@ -75,9 +75,11 @@ impl Judged<'_> {
         far(self.before).zip(far(self.ours)).is_some_and(|(before, now)| now > before + SLACK)
     }
 
-    /// Whether the run fails because of this row.
+    /// Whether the run fails because of this row: it fails and did not the last time, or has
+    /// worsened. A miss that is on record stays on the page, under the status that it was given.
     pub fn is_bad(&self) -> bool {
-        self.verdict == Verdict::Fails || self.has_worsened()
+        let failed = self.before.is_some_and(|before| !self.row.is_near(before));
+        (self.verdict == Verdict::Fails && !failed) || self.has_worsened()
     }
 }
 
@@ -89,8 +91,7 @@ fn deviation(published: f64, ours: Option<f64>) -> Option<f64> {
 pub fn judge<'a>(row: &'a Row, ours: Option<&Parts>, before: Option<&Parts>) -> Judged<'a> {
     let parts = ours.cloned().unwrap_or_default();
     let (ours, before) = (ours.and_then(mean), before.and_then(mean));
-    let is_near = |ours| row.tolerance.is_none_or(|t| t.holds(row.published, ours));
-    let verdict = match (row.status, ours.map(is_near)) {
+    let verdict = match (row.status, ours.map(|ours| row.is_near(ours))) {
         (_, None) => Verdict::Open,
         (Status::Dropped, Some(_)) => Verdict::Dropped,
         (Status::KnownGap(_), Some(false)) => Verdict::Gap,

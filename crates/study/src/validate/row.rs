@@ -197,6 +197,11 @@ pub struct Row {
 }
 
 impl Row {
+    /// Whether a value of ours is within its tolerance.
+    pub(super) fn is_near(&self, ours: f64) -> bool {
+        self.tolerance.is_none_or(|t| t.holds(self.published, ours))
+    }
+
     /// The names of its workloads; one empty name where it needs none.
     pub fn part_names(&self) -> impl Iterator<Item = &str> {
         let none = self.workloads.is_empty().then_some("");

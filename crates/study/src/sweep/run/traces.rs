@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::sweep::table::TraceLabel;
-use powergs_core::run::files::beside;
+use powergs_core::run::files::placed_in;
 use powergs_core::run::{Frames, Input, RunError, TraceFile};
 
 /// A trace of a sweep, opened.
@@ -96,7 +96,7 @@ const FILES_MAX: usize = 10_000;
 
 /// The files of a pattern, sorted.
 fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
-    let path = beside(pattern, folder);
+    let path = placed_in(pattern, folder);
     if path.exists() {
         return Ok(vec![path]);
     }

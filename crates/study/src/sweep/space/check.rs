@@ -56,21 +56,21 @@ pub(super) fn all(space: &Space, found: &mut AxisFound<'_>) {
 /// Every file that is named without an expression.
 fn files(space: &Space, found: &mut AxisFound<'_>) {
     let library = &space.library;
-    let beside = space.folder.as_deref();
+    let folder = space.folder.as_deref();
     let base = found.ok("base", library.machine(&space.base, None));
     let clock = base.map_or(ANY_CLOCK, |base| base.value.clock);
     for (i, energy) in space.energy.iter().enumerate() {
         if let Some(name) = &energy.table {
-            let plain = library.table(LibraryFile::plain(name, beside), clock);
+            let plain = library.table(LibraryFile::plain(name, folder), clock);
             let plain = found.ok(&format!("energy.{i}.table"), plain);
             if plain.is_some() && !energy.changes.is_empty() {
-                let changed = LibraryFile { name, beside, changes: &energy.changes };
+                let changed = LibraryFile { name, folder, changes: &energy.changes };
                 found.ok(&format!("energy.{i}.set"), library.table(changed, clock));
             }
         }
     }
     if let Some(name) = &space.display {
-        found.ok("display", library.display(LibraryFile::plain(name, beside)));
+        found.ok("display", library.display(LibraryFile::plain(name, folder)));
     }
     for (key, value) in &space.set {
         if let Some(message) = named(space, key, value, clock) {
@@ -92,10 +92,10 @@ fn files(space: &Space, found: &mut AxisFound<'_>) {
 /// What is wrong with the file that a key of the machine names; `None` of other keys.
 fn named(space: &Space, key: &Key, value: &Value, clock: Hertz) -> Option<String> {
     let name = value.as_str().filter(|_| key.file == FileKind::Machine)?;
-    let (library, beside) = (&space.library, space.folder.as_deref());
-    let file = LibraryFile::plain(name, beside);
+    let (library, folder) = (&space.library, space.folder.as_deref());
+    let file = LibraryFile::plain(name, folder);
     match key.path.as_str() {
-        MACHINE => library.machine(name, beside).err(),
+        MACHINE => library.machine(name, folder).err(),
         ENERGY => library.table(file, clock).err(),
         DEVICE if name == NO_DEVICE => None,
         DEVICE => library.device(file).err(),

@@ -42,8 +42,8 @@ impl<'a> Draft<'a> {
         setting: Option<usize>,
     ) -> Result<Draft<'a>, Rejected> {
         let digits = space.lattice.digits(index);
-        let (base_name, beside) = base_of(space, &digits);
-        let base = space.library.machine(&base_name, beside).map_err(Rejected::Machine)?;
+        let (base_name, folder) = base_of(space, &digits);
+        let base = space.library.machine(&base_name, folder).map_err(Rejected::Machine)?;
         let machine = base.table.clone();
         let active = Vec::with_capacity(digits.len());
         let (named, changes) = (Vec::new(), Vec::new());
@@ -135,9 +135,9 @@ impl<'a> Draft<'a> {
         if name == NO_DEVICE {
             return Ok(None);
         }
-        let beside = self.folder_of(DEVICE, self.base.device_in.as_deref());
+        let folder = self.folder_of(DEVICE, self.base.device_in.as_deref());
         let changes = self.changes_of(FileKind::Dram);
-        self.space.library.device(LibraryFile { name, beside, changes: &changes }).map(Some)
+        self.space.library.device(LibraryFile { name, folder, changes: &changes }).map(Some)
     }
 
     /// The clock of the machine, as far as it has a valid one.
@@ -154,20 +154,20 @@ impl<'a> Draft<'a> {
     ) -> Result<Arc<LibraryDocument<EnergyTable>>, String> {
         let mut changes = energy.changes.clone();
         changes.extend(self.changes_of(FileKind::Energy));
-        let (name, beside) = match &energy.table {
+        let (name, folder) = match &energy.table {
             Some(name) => (name.as_str(), self.space.folder.as_deref()),
             None => (
                 get(&self.machine, ENERGY).and_then(Value::as_str).unwrap_or(""),
                 self.folder_of(ENERGY, self.base.energy_in.as_deref()),
             ),
         };
-        self.space.library.table(LibraryFile { name, beside, changes: &changes }, self.clock())
+        self.space.library.table(LibraryFile { name, folder, changes: &changes }, self.clock())
     }
 
     pub(super) fn display(&self) -> Result<Option<Arc<LibraryDocument<Display>>>, String> {
         let Some(name) = &self.space.display else { return Ok(None) };
-        let (beside, changes) = (self.space.folder.as_deref(), self.changes_of(FileKind::Display));
-        self.space.library.display(LibraryFile { name, beside, changes: &changes }).map(Some)
+        let (folder, changes) = (self.space.folder.as_deref(), self.changes_of(FileKind::Display));
+        self.space.library.display(LibraryFile { name, folder, changes: &changes }).map(Some)
     }
 
     /// What a key has; `None` where its file has none, or several.
