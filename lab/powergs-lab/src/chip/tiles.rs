@@ -393,8 +393,7 @@ impl ChipTile {
             ranks: self.entries.iter().map(|listed| rank[listed.slot as usize]).collect(),
             bitmaps: self.entries.iter().map(|listed| listed.pair.subtiles as u8).collect(),
             iterated: pixels.map(|subtile| ends[subtile]).collect(),
-            blends: 0,
-            finished: None,
+            ..TileList::default()
         }
     }
 

@@ -82,10 +82,13 @@ fn counters_that_wrapped_gave_gigawatts() {
     assert_eq!(plain.doubt(spec), None);
 }
 
+/// How another program writes a cell: its column and its text.
+type CellForm = dyn Fn(usize, &str) -> String;
+
 #[test]
 fn tables_of_r_and_pandas_were_no_runs() {
     let plain = read(RUN).expect("a run");
-    let row = |line: &str, cell: &dyn Fn(usize, &str) -> String| {
+    let row = |line: &str, cell: &CellForm| {
         let cells = line.split(',').enumerate().map(|(i, text)| cell(i, text));
         cells.collect::<Vec<_>>().join(",")
     };
@@ -102,7 +105,7 @@ fn tables_of_r_and_pandas_were_no_runs() {
         "30000" => "3e+04".to_owned(),
         text => text.to_owned(),
     };
-    let forms: [&dyn Fn(usize, &str) -> String; 3] = [&floats, &quotes, &gaps];
+    let forms: [&CellForm; 3] = [&floats, &quotes, &gaps];
     for form in forms {
         let lines: Vec<String> = RUN.lines().map(|line| row(line, form)).collect();
         let text = lines.join("\r\n");

@@ -125,7 +125,7 @@ impl<'a> Draft<'a> {
 
     /// The folder of a file that the machine names: beside the sweep file, where that names it.
     fn folder_of<'s>(&'s self, key: &str, own: Option<&'s Path>) -> Option<&'s Path> {
-        let is_named = self.named.iter().any(|named| *named == key);
+        let is_named = self.named.contains(&key);
         if is_named { self.space.folder.as_deref() } else { own }
     }
 
