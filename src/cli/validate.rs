@@ -29,8 +29,9 @@ Examples:
   powergs-sim validate --rows mine --only my-chip --json
   powergs-sim validate --scenes traces/
 
-Exit code 1: a row that must hold has left its tolerance, a row has
-worsened, or the page of --check says something else.";
+Exit code 1: a row that must hold is outside of its tolerance, a row has
+worsened, or the page of --check says something else. A plausible row whose
+miss is in the baseline fails no run.";
 
 /// The largest table that is read.
 const TABLE_MAX: u64 = 1 << 24;

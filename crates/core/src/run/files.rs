@@ -359,7 +359,7 @@ fn other(name: &str, path: &Path) -> String {
     }
 }
 
-/// Reads an embedded file by name, or any other by path, one [`placed_in`] where there is a `folder`,
+/// Reads an embedded file by name, or any other by path, [`placed_in`] a `folder` where there is one,
 /// on the base that it names; `kind` is what messages call such a file.
 ///
 /// # Errors

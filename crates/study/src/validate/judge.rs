@@ -75,11 +75,12 @@ impl Judged<'_> {
         far(self.before).zip(far(self.ours)).is_some_and(|(before, now)| now > before + SLACK)
     }
 
-    /// Whether the run fails because of this row: it fails and did not the last time, or has
-    /// worsened. A miss that is on record stays on the page, under the status that it was given.
+    /// Whether the run fails because of this row: it fails, or has worsened. A plausible row whose
+    /// miss is on record stays on the page, under the status that it was given, and fails no run.
     pub fn is_bad(&self) -> bool {
-        let failed = self.before.is_some_and(|before| !self.row.is_near(before));
-        (self.verdict == Verdict::Fails && !failed) || self.has_worsened()
+        let is_known = self.row.status == Status::Plausibility
+            && self.before.is_some_and(|before| !self.row.is_near(before));
+        (self.verdict == Verdict::Fails && !is_known) || self.has_worsened()
     }
 }
 

@@ -224,6 +224,8 @@ fn verdicts() {
         check(&with(status), Some(110.0), None, Verdict::Holds, false);
         check(&with(status), Some(110.1), None, Verdict::Fails, true);
     }
+    check(&with(Status::Plausibility), Some(89.9), Some(89.9), Verdict::Fails, false);
+    check(&with(Status::Calibrated), Some(89.9), Some(89.9), Verdict::Fails, true);
     let dropped = Row { tolerance: None, ..with(Status::Dropped) };
     check(&dropped, Some(900.0), Some(100.0), Verdict::Dropped, false);
 

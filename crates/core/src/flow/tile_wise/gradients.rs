@@ -158,7 +158,8 @@ pub const GRADIENTS: StageDecl = StageDecl {
         double("gradients.misses", &["gradients.misses"], &["A146"]),
     ],
     omits: &[
-        omit("two cores that add to the sum of one Gaussian at once", Bias::Optimistic, "A146"),
+        omit("two cores that add to the sum of one Gaussian at once", Bias::Optimistic, "A146")
+            .by("training.interval > 0", trains),
         omit(
             "densification: Gaussians that are cloned, split and removed",
             Bias::Optimistic,
