@@ -339,6 +339,7 @@ def optimize(
     seed: _Word | None = None,
     checkpoint_every: _Word | None = None,
     gate: Literal["validation", "test"] | None = None,
+    gate_size: Literal["priced", "trained"] | None = None,
     chart_size: Literal["column", "page", "slide"] | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
