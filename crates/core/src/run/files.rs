@@ -359,8 +359,8 @@ fn other(name: &str, path: &Path) -> String {
     }
 }
 
-/// Reads an embedded file by name, or any other by path, [`placed_in`] a `folder` if there is one, on
-/// the base that it names; `kind` is what messages call such a file.
+/// Reads an embedded file by name, or any other by path, [`placed_in`] a `folder` if there is one,
+/// on the base that it names; `kind` is what messages call such a file.
 ///
 /// # Errors
 /// [`RunError::Config`]: an unknown name (with the known ones), a file that cannot be read as text,
