@@ -135,14 +135,14 @@ fn the_cache_is_a_queue_of_what_came_last() {
     let frame = dense_frame(2);
     let machine = machine(&["blend.batch=32"]);
     let work = workload(&frame, machine.gpu());
+    let key = |capacity| FilterKey {
+        capacity,
+        entry: 4,
+        feature: 96,
+        reads: UntilStop,
+        geometry: work.geometry,
+    };
     for capacity in [0, 500, 3000, 20_000, 1 << 30] {
-        let key = FilterKey {
-            capacity,
-            entry: 4,
-            feature: 96,
-            reads: UntilStop,
-            geometry: work.geometry,
-        };
         let mut queue: VecDeque<(Option<u32>, u64)> = VecDeque::new();
         let (mut held, mut found) = (0, Filtered::default());
         for tile in &work.tiles {
@@ -165,22 +165,13 @@ fn the_cache_is_a_queue_of_what_came_last() {
                 }
             }
         }
-        let ours = Filtered::new(&work, &key);
+        let ours = Filtered::new(&work, &key(capacity));
         let all = (found.hits + found.misses) as f64;
         // What lies across the end of the cache is half in it: one entry more or less.
         assert_eq!(ours.hits + ours.misses, found.hits + found.misses);
         assert!((ours.hits as f64 - found.hits as f64).abs() < 0.02 * all, "{capacity}: {ours:?}");
     }
-    let all = |capacity| {
-        let key = FilterKey {
-            capacity,
-            entry: 4,
-            feature: 96,
-            reads: UntilStop,
-            geometry: work.geometry,
-        };
-        Filtered::new(&work, &key)
-    };
+    let all = |capacity| Filtered::new(&work, &key(capacity));
     let splats = work.list.iter().collect::<std::collections::BTreeSet<_>>().len() as u64;
     assert!(all(1 << 40).misses <= splats, "each once where everything fits");
     assert_eq!(all(0).hits, 0);

@@ -21,7 +21,7 @@ use crate::oracle_memory;
 use crate::pipeline::slow_or;
 use crate::workload::support::{dense_frame, small_frame};
 
-const MACHINE: &str = r#"
+pub const MACHINE: &str = r#"
 name = "elsewhere"
 description = "for tests"
 dataflow = "recorded"

@@ -12,35 +12,8 @@ use powergs_core::run::{
     Change, FileKind, MemoryFrames, Session, Subject, System, SystemSpec, Watch,
 };
 
+use crate::recorded::MACHINE;
 use crate::workload::support::small_frame;
-
-const MACHINE: &str = r#"
-name = "elsewhere"
-description = "for tests"
-dataflow = "recorded"
-clock = "1 GHz"
-energy = "resident-28nm"
-
-[recorded]
-file = "run.csv"
-outstanding = 8
-
-[recorded.units.raster]
-count = 2
-parts.lanes = 16
-
-[recorded.buffers]
-raster-in = { capacity = "4 KiB", word = "32 B", banks = 1, ports = "1r1w" }
-
-[dram]
-model = "bandwidth"
-efficiency = 0.8
-latency = "100 ns"
-device = "lpddr4-3200-x16x2"
-channels = 2
-mapping = "RoBaCoCh"
-controller-latency = "40 ns"
-"#;
 
 const RUN: &str = "\
 frame,what,count,cycle,needed,address,phase
