@@ -162,7 +162,7 @@ fn reusing(first: &FrameWorkload, case: &Case) {
                 s.kept,
                 s.new,
                 s.gone,
-                100.0 * s.keeping_share,
+                100.0 * s.keeping as f64 / s.old_lists.max(1) as f64,
                 s.rank_shift_p99,
                 s.out_of_order,
             );

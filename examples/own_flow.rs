@@ -15,16 +15,16 @@ use powergs_sim::flow::resident::Cut;
 use powergs_sim::flow::resident::work::{RegionShape, ResidentFrame};
 use powergs_sim::flow::{self, Dataflow, FlowOutcome, FrameTask, SimError, TablesDecl, WorkKey};
 use powergs_sim::kernel::buffer::{BufferAllocator, usage};
-use powergs_sim::kernel::calibration::{Calibration, CalibrationRecorder, Recording, Reference};
+use powergs_sim::kernel::calibration::{Calibration, CalibrationRecorder, Recording};
 use powergs_sim::kernel::ledger::{Account, cycles};
 use powergs_sim::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use powergs_sim::kernel::stream::{Streams, reads, writes};
 use powergs_sim::kernel::timeline::{Observer, State};
 use powergs_sim::kernel::{self, FrameTiming, Histogram, drive};
-use powergs_sim::machine::{BufferSpec, Machine};
+use powergs_sim::machine::{BufferSpec, Machine, Reference};
 use powergs_sim::quantity::Bytes;
 use powergs_sim::stage::{
-    Bias, StageDecl, Stall, also, buffer, double, hardware, omit, part, work,
+    Bias, StageDecl, Stall, also, buffer, double, hardware, omit, part, streams, work,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -90,7 +90,7 @@ const BLENDER: StageDecl = StageDecl {
     )
 };
 
-const STREAMS: Streams = Streams::of(&[&BLENDER]);
+const STREAMS: Streams = streams(&[&BLENDER]);
 
 /// The dataflow.
 pub struct UnsortedFlow;
@@ -261,7 +261,7 @@ fn through<O: Observer>(
     let mut all = Blenders {
         spec,
         frame,
-        memory: Memory::new(Ranges { end }, &STREAMS, machine, calibration),
+        memory: Memory::new(Ranges { end }, &STREAMS, machine.memory(), calibration),
         units: (0..spec.units).map(unit).collect(),
         next_tile: 0,
         end: 0,

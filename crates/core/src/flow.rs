@@ -42,10 +42,7 @@ pub mod steps;
 pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};
-pub use outcome::{
-    CacheSummary, FlowOutcome, FoveaSummary, Foveal, KernelSummary, ListOrder, OrderSummary,
-    PixelSummary, RegionWork, StepSummary, StereoSummary,
-};
+pub use outcome::{FlowOutcome, FoveaSummary, Foveal, RegionWork};
 
 /// A dataflow.
 pub trait Dataflow: Sync {

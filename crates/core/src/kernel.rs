@@ -15,6 +15,8 @@ pub mod ledger;
 pub mod memo;
 pub mod memory;
 mod second_master;
+pub mod spec;
+mod stall;
 pub mod stream;
 pub mod timeline;
 pub mod traffic;
@@ -23,11 +25,10 @@ pub mod unit;
 use powergs_dram::DramCommands;
 use powergs_energy::action::{BufferId, StageId};
 
-use crate::stage::Stall;
-
 pub use agents::{Agents, Halt, Halted, drive};
 pub use calibration::Calibration;
 pub use memo::{Memo, MemoKey};
+pub use stall::Stall;
 pub use unit::Unit;
 
 /// Where the cycles of one kind of unit went, summed over its instances:

@@ -15,19 +15,38 @@ use crate::stage;
 use powergs_base::config::document::Document;
 use powergs_base::config::embedded::{DRAM, MACHINES};
 use powergs_base::config::{self, ConfigError, Place, Problem, layer, schema_of};
-use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
+use powergs_base::quantity::{BytesPerSecond, Hertz};
 use powergs_dram::Device;
 use powergs_dram::device::Order;
 use powergs_energy::action::{Inventory, Memory};
 
 pub mod check;
 mod optional;
-mod spec;
+mod reference;
 
-pub use optional::Optional;
-pub use spec::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, NO_DEVICE, Ports, SecondMasterSpec,
+pub use crate::kernel::spec::{
+    AccessOrder, BufferSpec, DramModel, DramSpec, External, NO_DEVICE, Ports, SecondMasterSpec,
 };
+pub use optional::Optional;
+pub use reference::Reference;
+
+/// The `[gating]` table: power gating; without it there is none.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct GatingSpec {
+    /// Whether units without work are switched off.
+    pub units: bool,
+    /// Share of its leakage that a unit keeps when it is switched off, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub residual: f64,
+}
+
+impl Default for GatingSpec {
+    /// None; what is left where units are switched off (A38).
+    fn default() -> GatingSpec {
+        GatingSpec { units: false, residual: 0.1 }
+    }
+}
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
 #[derive(Debug, Clone, PartialEq)]
@@ -386,12 +405,13 @@ impl Machine {
         }
     }
 
-    /// Share of its external memory that the second master takes in the `bandwidth` model, 0 to 1.
+    /// Its external memory.
     ///
     /// # Panics
     /// As [`Machine::dram_peak`].
-    pub(crate) fn second_master_share(&self) -> f64 {
-        self.dram.second_master.share(self.dram_peak().0)
+    pub fn memory(&self) -> External<'_> {
+        let (device, peak) = (self.device.as_deref(), self.dram_peak());
+        External { spec: &self.dram, device, peak, clock: self.clock }
     }
 
     /// Peak rate of its external memory: that of the device with this machine's channels, or the
@@ -506,18 +526,5 @@ impl Machine {
     /// Whether its dataflow has a stage.
     pub fn has_stage(&self, key: &str) -> bool {
         self.flow().stages().iter().any(|stage| stage.key == key)
-    }
-}
-
-impl BufferSpec {
-    /// How it is built for so many CCUs or cores: each has its own share, cut into `banks` banks
-    /// (A13).
-    pub fn shared(&self, owners: u32) -> Memory {
-        Memory {
-            bank: Bytes(self.capacity.0 / (u64::from(owners) * u64::from(self.banks)).max(1)),
-            banks: owners.saturating_mul(self.banks),
-            word: self.word,
-            two_ports: self.ports == Ports::ReadAndWrite,
-        }
     }
 }

@@ -17,10 +17,7 @@ use crate::machine::Machine;
 use powergs_base::build;
 use powergs_energy::Prices;
 
-pub use crate::flow::{
-    CacheSummary, FoveaSummary, Foveal, Incompatible, InvariantViolated, ListOrder, OrderSummary,
-    PixelSummary, SimError, StepSummary, StereoSummary,
-};
+pub use crate::flow::{FoveaSummary, Foveal, Incompatible, InvariantViolated, SimError};
 pub use pair::Periods;
 pub use regions::RegionReport;
 pub use report::{CycleReport, FrameReport, Label, ModelReport, PaperReport, StageBytes};

@@ -5,18 +5,22 @@
 //! limits, the words of bottlenecks and timelines are read off the declarations. What a program
 //! knows of is [`STAGES`], and what was [registered](register) before anybody asked.
 
+mod drawn;
+mod stat;
+
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::flow::FLOWS;
-use crate::kernel::memory;
-use crate::kernel::stream::StreamDecl;
-use crate::machine::Machine;
+use crate::kernel::stream::{StreamDecl, Streams, same};
+use crate::machine::{DramModel, Machine};
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 use powergs_energy::hardware::{
     BufferFacts, Catalogue, Declared, PartFacts, StageFacts, Unpriced, WorkFacts,
 };
 
+pub use crate::kernel::Stall;
 pub use powergs_energy::hardware::{Does, Hardware};
+pub use stat::{Measured, Merge, StatDecl, StatOf, Value, counted, real, share, timed};
 
 /// A stage: units of a kind, or something that units share.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +54,8 @@ pub struct StageDecl {
     pub streams: &'static [StreamDecl],
     /// What its units have in amounts that an architect chooses.
     pub parts: &'static [PartDecl],
+    /// What is measured of it.
+    pub stats: &'static [&'static StatDecl],
     /// What it waits for besides its input, room for its output and banks.
     pub waits: &'static [WaitDecl],
     /// Names of waits of other stages that it may be held up by too.
@@ -89,6 +95,7 @@ impl StageDecl {
             buffers: &[],
             streams: &[],
             parts: &[],
+            stats: &[],
             waits: &[],
             also_waits: &[],
             after: None,
@@ -377,20 +384,17 @@ const fn stages_of(flows: usize) -> usize {
     sum
 }
 
-/// Whether two keys are the same, before the program runs.
-pub(crate) const fn same(a: &str, b: &str) -> bool {
-    let (a, b) = (a.as_bytes(), b.as_bytes());
-    if a.len() != b.len() {
-        return false;
+/// The streams of some stages.
+///
+/// # Panics
+/// When there are more than [`Streams::MOST`], or one is like one that does not exist.
+pub const fn streams(stages: &[&StageDecl]) -> Streams {
+    let (mut streams, mut s) = (Streams::NONE, 0);
+    while s < stages.len() {
+        streams = streams.with(stages[s].phase, stages[s].streams);
+        s += 1;
     }
-    let mut i = 0;
-    while i < a.len() {
-        if a[i] != b[i] {
-            return false;
-        }
-        i += 1;
-    }
-    true
+    streams.checked()
 }
 
 /// Works, units, buffers of [`STAGES`] in front of what `stage` (or all, behind the last) has.
@@ -475,19 +479,9 @@ pub const fn sram_write(buffer: BufferId) -> ActionId {
     ActionId::new(ALL[0] + 2 * ALL[1] + 2 + ALL[2] + buffer.index())
 }
 
-/// Why a unit that had work could not proceed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Stall(u8);
-
 impl Stall {
-    /// The unit before it has not finished.
-    pub const INPUT: Stall = Stall(0);
-    /// The buffer behind it is full.
-    pub const OUTPUT: Stall = Stall(1);
-    /// Banks of its buffers are taken by other accesses.
-    pub const BANK: Stall = Stall(2);
     /// Causes that every unit may have.
-    const COMMON: [WaitDecl; 3] = [
+    const COMMON_WORDS: [WaitDecl; Stall::COMMON] = [
         WaitDecl {
             name: "input",
             what: "its input",
@@ -514,17 +508,14 @@ impl Stall {
         },
     ];
 
-    /// The most causes that a program may have.
-    pub const MOST: usize = 16;
-
     /// A wait that a stage of this program declares.
     pub const fn of(name: &str) -> Stall {
-        let (mut s, mut at) = (0, Stall::COMMON.len());
+        let (mut s, mut at) = (0, Stall::COMMON);
         while s < STAGES.len() {
             let mut i = 0;
             while i < STAGES[s].waits.len() {
                 if same(STAGES[s].waits[i].name, name) {
-                    return Stall((at + i) as u8);
+                    return Stall::at(at + i);
                 }
                 i += 1;
             }
@@ -537,11 +528,6 @@ impl Stall {
     /// All causes, in report order: those that every unit may have last.
     pub fn all() -> &'static [Stall] {
         &registry().stalls
-    }
-
-    /// Its position in accounts.
-    pub const fn index(self) -> usize {
-        self.0 as usize
     }
 
     /// What is said of it.
@@ -561,7 +547,7 @@ impl Stall {
 
     /// The stage that declares it; `None` for what every unit may have.
     pub fn stage(self) -> Option<&'static StageDecl> {
-        let declared = self.index().checked_sub(Stall::COMMON.len())?;
+        let declared = self.index().checked_sub(Stall::COMMON)?;
         Some(registry().waiting[declared])
     }
 }
@@ -634,13 +620,13 @@ pub fn register(stage: &'static StageDecl) -> Result<(), RegisterError> {
     };
     let taken = |name: &&str| {
         known.iter().any(|other| names(other).any(|theirs| theirs == *name))
-            || Stall::COMMON.iter().any(|wait| wait.name == *name)
+            || Stall::COMMON_WORDS.iter().any(|wait| wait.name == *name)
     };
     if let Some(name) = names(stage).find(taken) {
         return Err(RegisterError::Taken { stage: stage.key, name });
     }
     let waits = known.iter().map(|stage| stage.waits.len()).sum::<usize>() + stage.waits.len();
-    if Stall::COMMON.len() + waits > Stall::MOST {
+    if Stall::COMMON + waits > Stall::MOST {
         return Err(RegisterError::Waits(stage.key));
     }
     more.push(stage);
@@ -654,15 +640,15 @@ fn registry() -> &'static Registry {
             STAGES.into_iter().chain(more.iter().copied()).collect();
         let declared: Vec<Declared> = stages.iter().map(|stage| declared(stage)).collect();
         let (own, others) = declared.split_at(STAGES.len());
-        let common = Stall::COMMON.len();
+        let common = Stall::COMMON;
         let own_waits = || stages.iter().flat_map(|s| s.waits.iter().map(move |wait| (*s, *wait)));
         let waits: Vec<WaitDecl> =
-            Stall::COMMON.into_iter().chain(own_waits().map(|(_, wait)| wait)).collect();
+            Stall::COMMON_WORDS.into_iter().chain(own_waits().map(|(_, wait)| wait)).collect();
         let order = (common..waits.len()).chain(0..common);
         Registry {
             hardware: Hardware::new(own, others),
             waiting: own_waits().map(|(stage, _)| stage).collect(),
-            stalls: order.map(|i| Stall(i as u8)).collect(),
+            stalls: order.map(Stall::at).collect(),
             waits,
             stages,
         }
@@ -699,8 +685,34 @@ pub fn stage(id: StageId) -> &'static StageDecl {
 /// Everything that is known to be left out: by memories, by stages, by all machines.
 pub fn omissions() -> impl Iterator<Item = &'static OmitDecl> {
     let of_stages = stages().iter().flat_map(|stage| stage.omits);
-    memory::OMITS.iter().chain(of_stages).chain(&OMITS)
+    MEMORY_OMITS.iter().chain(of_stages).chain(&OMITS)
 }
+
+/// What memories leave out.
+const MEMORY_OMITS: [OmitDecl; 4] = [
+    omit("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+        .by("dram.model = \"bandwidth\"", |m| m.dram.model == DramModel::Bandwidth),
+    omit("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
+    omit("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
+        .by("dram.second-master.rate = \"0 B/s\"", |m| !m.dram.second_master.is_on()),
+    omit("reads of one unit served before older ones of another", Bias::Either, "A33"),
+];
+
+/// What twice the memory is.
+const MEMORY_DOUBLES: [DoubleDecl; 3] = [
+    DoubleDecl {
+        is_there: |m| !m.dram.has_device() && m.dram.bandwidth.is_some(),
+        ..double("dram.bandwidth", &["dram.bandwidth"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model == DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A4", "A5"])
+    },
+    DoubleDecl {
+        is_there: |m| m.dram.has_device() && m.dram.model != DramModel::Bandwidth,
+        ..double("dram.channels", &["dram.channels"], &["A41"])
+    },
+];
 
 /// What no machine has.
 const OMITS: [OmitDecl; 2] = [
@@ -715,7 +727,7 @@ const OMITS: [OmitDecl; 2] = [
 /// What a machine leaves out.
 pub fn left_out(machine: &Machine) -> impl Iterator<Item = &'static OmitDecl> {
     let of_stages = machine.flow().stages().iter().flat_map(|stage| stage.omits);
-    let all = memory::OMITS.iter().chain(of_stages).chain(&OMITS);
+    let all = MEMORY_OMITS.iter().chain(of_stages).chain(&OMITS);
     all.filter(|omit| (omit.by)(machine))
 }
 
@@ -724,7 +736,7 @@ pub fn doubles(machine: &Machine) -> impl Iterator<Item = &'static DoubleDecl> {
     let is_there = |stage: &&&StageDecl| stage.units.is_none_or(|units| units(machine) > 0);
     let stages = machine.flow().stages().iter().filter(is_there);
     let of_stages = stages.flat_map(|stage| stage.doubles);
-    memory::DOUBLES.iter().chain(of_stages).filter(|double| (double.is_there)(machine))
+    MEMORY_DOUBLES.iter().chain(of_stages).filter(|double| (double.is_there)(machine))
 }
 
 /// Everything that machines may be built of.

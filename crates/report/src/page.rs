@@ -9,9 +9,10 @@ use super::{limits as words, record_of};
 use powergs_base::TOOL_VERSION;
 use powergs_base::config::references::references;
 use powergs_chart::Chart;
-use powergs_core::flow::steps::StepPart;
+use powergs_core::flow::steps;
+use powergs_core::flow::tile_wise::{measures, pixels, stereo};
+use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::UnitPart;
-use powergs_core::sim::{ListOrder, MODEL_VERSION};
 use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::KEEP;
 use powergs_energy::action::{Phase, StageId};
@@ -283,14 +284,14 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
-    if record.mean(Key::Step(StepPart::Reverse)).is_some() {
+    if record.mean(Key::Stat(&steps::REVERSE)).is_some() {
         page.paragraph(
             "A frame is a step of training here: its picture, the loss, the lists in reverse, \
              gradients by parameters and the update. Frame rates are steps a second.",
         );
     }
-    if let Some(rendered) = record.mean(Key::PixelsRendered) {
-        let known = record.mean(Key::PixelsKnown).map(|known| {
+    if let Some(rendered) = record.mean(Key::Stat(&pixels::RENDERED)) {
+        let known = record.mean(Key::Stat(&pixels::KNOWN_SHARE)).map(|known| {
             format!(" Of those that look up their first Gaussians {} % stop there.", percent(known))
         });
         page.paragraph(format!(
@@ -299,9 +300,9 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
             known.unwrap_or_default()
         ));
     }
-    if let Some(kept) = record.mean(Key::SecondEyeKept) {
-        let [changed, cut_off] =
-            [Key::SecondEyeChanged, Key::SecondEyeCutOff].map(|key| percent(record.value(key)));
+    if let Some(kept) = record.mean(Key::Stat(&stereo::KEPT_SHARE)) {
+        let [changed, cut_off] = [&stereo::CHANGED_SHARE, &stereo::CUT_OFF_SHARE]
+            .map(|share| percent(record.value(Key::Stat(share))));
         page.paragraph(Text::marked(&format!(
             "The second eye is made of what blends in the first one: {} % of the entries of its \
              own lists. By that {changed} % of its pixels may change by a step of eight bits or \
@@ -539,9 +540,10 @@ const PATH: f64 = 0.5;
 
 /// How much of the order of the frame before the lists keep, where the machine takes it over.
 fn kept_order(run: &Run) -> Option<String> {
-    let reused = run.frames.iter().filter_map(|f| match f.cycle()?.lists? {
-        ListOrder::Reused(reuse) => Some([reuse.kept, reuse.kept + reuse.new, reuse.missing]),
-        ListOrder::Sorted(_) => None,
+    let reused = run.frames.iter().filter_map(|f| {
+        let count = |stat| f.cycle()?.measured.count(stat);
+        let kept = count(&measures::KEPT)?;
+        Some([kept, kept + count(&measures::ADDED)?, count(&measures::MISSING)?])
     });
     let [kept, all, missing] =
         reused.fold([0; 3], |sum, own| std::array::from_fn(|i| sum[i] + own[i]));

@@ -97,8 +97,9 @@ const MODULES: [(&str, &[Row]); 4] = [
             ("workload", &[]),
             // What machines are made of and how frames go through them: when and how often, never
             // at what cost. Stages declare themselves.
-            ("kernel", &["machine", "stage"]),
-            ("machine", &["flow", "stage"]),
+            // It knows a memory and units, by number, and no machine.
+            ("kernel", &[]),
+            ("machine", &["flow", "kernel", "stage"]),
             ("flow", &["workload", "kernel", "machine", "stage"]),
             ("stage", &["flow", "kernel", "machine"]),
             ("sim", &["workload", "flow", "kernel", "machine", "stage"]),

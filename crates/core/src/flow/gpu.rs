@@ -35,21 +35,24 @@ pub mod warps;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::steps::SteppedGaussians;
+use super::steps::{self, SteppedGaussians};
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, KernelSummary, SimError, StepSummary,
-    TablesDecl, WorkKey, tile_wise,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, WorkKey,
+    tile_wise,
 };
 use crate::kernel::blocks::{BlockStream, BlockUnit};
-use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
+use crate::kernel::calibration::{CalibrationRecorder, Recording};
 use crate::kernel::ledger::{Ledger, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
 use crate::machine::check::Contradiction;
-use crate::machine::{Machine, Optional};
-use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, Stall, sram_read, sram_write};
+use crate::machine::{Machine, Optional, Reference};
+use crate::stage::{
+    DRAM_READ, DRAM_WRITE, Measured, StageDecl, Stall, StatDecl, Value, sram_read, sram_write,
+    streams,
+};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
 use powergs_dram::AddressRange;
@@ -62,7 +65,9 @@ use attached::AttachedWork;
 use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered, ListReads};
 use rops::{CORNERS, DrawKey, Drawn};
-use stages::{ATTACHED, EXPONENTIAL, INSTRUCTION, L2, ROP, SM};
+use stages::{
+    ATTACHED, EXPONENTIAL, INSTRUCTION, L2, L2_HITS, L2_MISSES, LAUNCHING, LIVE, ROP, SLOTS, SM,
+};
 use warps::{FrameWarps, WarpShape};
 
 const KEY: &str = "gpu";
@@ -77,7 +82,7 @@ pub const STAGES: [&StageDecl; 3] = [&SM_DECL, &ATTACHED_DECL, &ROP_DECL];
 pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: &STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = Streams::of(&STAGES);
+pub const STREAMS: Streams = streams(&STAGES);
 
 /// The dataflow.
 pub struct GpuFlow;
@@ -227,6 +232,20 @@ impl KernelPart {
             KernelPart::Backward => "backward",
             KernelPart::Chain => "chain",
             KernelPart::Update => "update",
+        }
+    }
+
+    /// Its time.
+    pub const fn time(self) -> &'static StatDecl {
+        match self {
+            KernelPart::Convert => &stages::CONVERTING,
+            KernelPart::Pairs => &stages::PAIRING,
+            KernelPart::Sort => &stages::SORTING,
+            KernelPart::Blend => &stages::BLENDING,
+            KernelPart::Loss => &steps::LOSS,
+            KernelPart::Backward => &steps::REVERSE,
+            KernelPart::Chain => &steps::CHAIN,
+            KernelPart::Update => &steps::UPDATE,
         }
     }
 
@@ -827,7 +846,7 @@ fn through<O: Observer>(
     let mut stream = Stream {
         m,
         kernels,
-        memory: Memory::new(Ranges { end: kernels.end }, &STREAMS, machine, calibration),
+        memory: Memory::new(Ranges { end: kernels.end }, &STREAMS, machine.memory(), calibration),
         at: 0,
         running: None,
         ended: 0,
@@ -901,20 +920,19 @@ fn through<O: Observer>(
         Some(_) => [0, kernels.warps.gaussians[1]],
         None => [kernels.filtered.hits, kernels.filtered.misses],
     };
+    let mut measured = Measured::of(&[
+        (&LAUNCHING, stream.launching),
+        (&L2_HITS, hits),
+        (&L2_MISSES, misses),
+        (&SLOTS, slots),
+        (&LIVE, kernels.live),
+    ]);
+    for part in KernelPart::ALL.into_iter().filter(|part| m.training.trains() || !part.trains()) {
+        measured.set(part.time(), Value::Count(stream.parts[part as usize]));
+    }
     let outcome = FlowOutcome {
         live_evaluations: kernels.live,
-        step: m.training.trains().then(|| {
-            let [.., loss, reverse, chain, update] = stream.parts;
-            StepSummary { loss, reverse, chain, update, sums: [0; 2] }
-        }),
-        kernels: Some(KernelSummary {
-            parts: stream.parts,
-            launching: stream.launching,
-            hits,
-            misses,
-            slots,
-            live: kernels.live,
-        }),
+        measured,
         ..FlowOutcome::plain(timing, actions, stream.memory.traffic(), slots)
     };
     (outcome, stream.memory.recording())

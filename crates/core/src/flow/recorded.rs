@@ -25,7 +25,7 @@ use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
 use crate::machine::check::{Contradiction, Found, SIZE_MAX};
 use crate::machine::{BufferSpec, Machine};
-use crate::stage::{Bias, StageDecl, hardware, omit, work};
+use crate::stage::{Bias, StageDecl, hardware, omit, streams, work};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
 use powergs_base::config::suggest::nearest;
@@ -82,7 +82,7 @@ pub const STAGES: [&StageDecl; 1] = [&ENGINE];
 pub const FLOW: FlowDecl = FlowDecl { flow: &RecordedFlow, stages: &STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = Streams::of(&STAGES);
+pub const STREAMS: Streams = streams(&STAGES);
 
 /// The dataflow.
 pub struct RecordedFlow;

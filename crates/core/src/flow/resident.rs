@@ -31,18 +31,20 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, StepSummary,
-    TablesDecl, Work, WorkKey,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, TablesDecl,
+    Work, WorkKey,
 };
-use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
+use crate::kernel::calibration::{CalibrationRecorder, Recording};
 use crate::kernel::ledger::cycles;
 use crate::kernel::memory::{Arrival, Memory, Request};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
 use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
 use crate::machine::check::Contradiction;
-use crate::machine::{BufferSpec, Machine, Optional};
-use crate::stage::{DRAM_READ, DRAM_WRITE, StageDecl, sram_read, sram_write, work_id};
+use crate::machine::{BufferSpec, Machine, Optional, Reference};
+use crate::stage::{
+    DRAM_READ, DRAM_WRITE, Measured, StageDecl, sram_read, sram_write, streams, work_id,
+};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
@@ -50,7 +52,7 @@ use powergs_frame::trace::Frame;
 
 pub use tables::*;
 
-use crate::flow::steps::StepPart;
+use crate::flow::steps::{StepCycles, StepPart};
 use engine::{Engine, EngineCounts};
 use front::FrontUnit;
 use layout::{Layout, Place};
@@ -73,7 +75,7 @@ pub const STAGES: [&StageDecl; 5] = [
 pub const FLOW: FlowDecl = FlowDecl { flow: &ResidentFlow, stages: &STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = Streams::of(&STAGES);
+pub const STREAMS: Streams = streams(&STAGES);
 
 /// The streams by name.
 struct StreamIds {
@@ -380,7 +382,7 @@ fn through<O: Observer>(
     let m = &machine.resident().of_degree(frame.sh_degree);
     let step = Step::new(m, frame);
     let layout = Layout::new(frame, m, step.as_ref());
-    let memory = Memory::new(layout, &STREAMS, machine, calibration);
+    let memory = Memory::new(layout, &STREAMS, machine.memory(), calibration);
     let mut next_pixel = 0;
     let first_pixel = frame.regions.iter().map(|region| {
         let first = next_pixel;
@@ -444,14 +446,14 @@ fn through<O: Observer>(
     let Units { mut front, mut order, mut engines, .. } = units;
     // Late conversions came behind the front's own phase, one after the other, and are booked now.
     front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
-    let mut after = None;
+    let mut after = Measured::default();
     let end = match &step {
         None => end,
         Some(step) => {
             engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
             let RegionShared { memory, observer, .. } = &mut shared;
             let ends = step.run(end, &mut front, &mut engines, memory, *observer);
-            after = Some(StepSummary::between(end, ends));
+            after = StepCycles::between(end, ends).measured();
             ends[StepPart::Update as usize]
         }
     };
@@ -461,7 +463,7 @@ fn through<O: Observer>(
     let mut outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
     if let Some(step) = &step {
         step.charge(&mut outcome.actions);
-        outcome.step = after;
+        outcome.measured = after;
     }
     let recording = shared.observer.wants_times().then(|| shared.memory.recording()).flatten();
     (outcome, recording)

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 pub use super::gpu::Updated;
 use crate::kernel::blocks::MovedBlock;
 use crate::machine::Optional;
+use crate::stage::{Measured, StatDecl, timed};
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::Phase;
 use powergs_frame::scene::ShDegree;
@@ -103,13 +104,13 @@ impl StepPart {
     pub const ALL: [StepPart; 4] =
         [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
 
-    /// The word for it in every output.
-    pub const fn name(self) -> &'static str {
+    /// Its time.
+    pub const fn time(self) -> &'static StatDecl {
         match self {
-            StepPart::Loss => "loss",
-            StepPart::Reverse => "reverse",
-            StepPart::Chain => "chain",
-            StepPart::Update => "update",
+            StepPart::Loss => &LOSS,
+            StepPart::Reverse => &REVERSE,
+            StepPart::Chain => &CHAIN,
+            StepPart::Update => &UPDATE,
         }
     }
 
@@ -122,8 +123,54 @@ impl StepPart {
     }
 }
 
+/// Time of the loss.
+pub const LOSS: StatDecl =
+    timed("step.loss_ms", "Time in which the picture is compared with the photo.");
+/// Time of the gradients by what was blended.
+pub const REVERSE: StatDecl =
+    timed("step.reverse_ms", "Time in which lists are gone through in reverse.");
+/// Time of the gradients by parameters.
+pub const CHAIN: StatDecl =
+    timed("step.chain_ms", "Time in which gradients by parameters are found.");
+/// Time of the update.
+pub const UPDATE: StatDecl = timed("step.update_ms", "Time in which parameters are updated.");
+
 /// When the parts of a step ended.
 pub type StepEnds = [u64; StepPart::ALL.len()];
+
+/// Cycles of the parts of a step.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StepCycles(pub [u64; StepPart::ALL.len()]);
+
+impl StepCycles {
+    /// Of the parts behind a frame that ended when they did.
+    pub fn between(frame: u64, ends: StepEnds) -> StepCycles {
+        let begins = [frame, ends[0], ends[1], ends[2]];
+        StepCycles(std::array::from_fn(|i| ends[i] - begins[i]))
+    }
+
+    /// Of one part.
+    pub fn of(&self, part: StepPart) -> u64 {
+        self.0[part as usize]
+    }
+
+    /// Of all of them.
+    pub fn all(&self) -> u64 {
+        self.0.iter().sum()
+    }
+
+    /// As they are reported.
+    pub fn measured(&self) -> Measured {
+        Measured::of(&StepPart::ALL.map(|part| (part.time(), self.of(part))))
+    }
+
+    /// Those of a frame that was measured; `None` where it is no step.
+    pub fn find(measured: &Measured) -> Option<StepCycles> {
+        let cycles = StepPart::ALL.map(|part| measured.count(part.time()));
+        cycles[0]?;
+        Some(StepCycles(cycles.map(Option::unwrap_or_default)))
+    }
+}
 
 /// Blocks of Gaussians of which a unit takes one after the other.
 const BATCH: u64 = 256;

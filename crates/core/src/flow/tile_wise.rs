@@ -37,18 +37,17 @@ pub mod vru;
 use std::sync::Arc;
 
 use super::{
-    CacheSummary, Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed,
-    History, Incompatible, ListOrder, RecordKeys, RegionWork, SimError, StepSummary, TablesDecl,
-    Work, WorkKey,
+    Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
+    Incompatible, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
-use crate::kernel::calibration::{CalibrationRecorder, Reference};
+use crate::kernel::calibration::CalibrationRecorder;
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use crate::kernel::{Calibration, FrameTiming, Halt, Memo};
 use crate::machine::check::Contradiction;
-use crate::machine::{Machine, Optional};
-use crate::stage::StageDecl;
+use crate::machine::{Machine, Optional, Reference};
+use crate::stage::{Measured, StageDecl, streams};
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
@@ -97,7 +96,7 @@ pub const STAGES: [&StageDecl; 12] = [
 pub const FLOW: FlowDecl = FlowDecl { flow: &TileWiseFlow, stages: &STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = Streams::of(&STAGES);
+pub const STREAMS: Streams = streams(&STAGES);
 
 /// The dataflow.
 pub struct TileWiseFlow;
@@ -297,7 +296,7 @@ impl FrameContext<'_> {
 }
 
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FrameReplay {
     /// When everything happened.
     pub timing: FrameTiming,
@@ -313,7 +312,7 @@ pub struct FrameReplay {
     /// α evaluations of pixels that have not stopped, of the entries that units look at there.
     pub live_evaluations: u64,
     /// What follows the frame, where it is trained on.
-    pub step: Option<StepSummary>,
+    pub step: Measured,
     /// α that are evaluated again for it.
     pub evaluated_again: u64,
     /// The regions of a foveated frame.
@@ -432,7 +431,9 @@ fn run_in(
     let context = FrameContext { hits, halt: task.halt, ..context };
     let replay = replay_with(workload, machine, context, memo, observer);
     let mut outcome = outcome_of(task, workload, replay, context)?;
-    outcome.cache = cache.as_ref().map(|cache| CacheSummary::of(cache));
+    if let Some(cache) = &cache {
+        outcome.measured.extend(cache::measured(cache));
+    }
     Ok(outcome)
 }
 
@@ -459,10 +460,12 @@ fn taken_frame(
     let table = kept.map(|kept| &kept.lists);
     let context = FrameContext { table, pixels, ..FrameContext::default() };
     let mut outcome = run_in(&FrameTask { memo, ..*task }, workload, context, observer)?;
-    if let Some(kept) = kept {
-        outcome.lists = kept.summary.map(ListOrder::Reused);
+    if let Some(summary) = kept.and_then(|kept| kept.summary.as_ref()) {
+        outcome.measured.extend(measures::measured(summary));
     }
-    outcome.pixels = pixels.map(|pixels| pixels.summary);
+    if let Some(pixels) = pixels {
+        outcome.measured.extend(pixels.summary.measured());
+    }
     Ok(outcome)
 }
 
@@ -479,17 +482,14 @@ fn outcome_of(
     }
     accounts::written(task.frame, workload, machine, &replay, !context.has_own_lists())?;
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
-    let lists = match reuse {
-        Some(reuse) => Some(ListOrder::Reused(reuse.summary)),
-        None => (task.checks_order
-            && context.table.is_none()
-            && !context.derived
-            && machine.tiles().gsu.sorts())
-        .then(|| {
-            let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
-            ListOrder::Sorted(*order)
-        }),
-    };
+    let mut measured = replay.step;
+    let is_new = context.table.is_none() && !context.derived && machine.tiles().gsu.sorts();
+    if let Some(reuse) = reuse {
+        measured.extend(measures::measured(&reuse.summary));
+    } else if task.checks_order && is_new {
+        let order = memo.get(measures::sorter(machine), |by| measures::order(workload, *by));
+        measured.extend(Measured::clone(&order));
+    }
     Ok(FlowOutcome {
         timing: replay.timing,
         executed_evaluations: replay.actions.total(ALPHA) + replay.actions.total(STOPPED_PIXEL)
@@ -498,12 +498,7 @@ fn outcome_of(
         actions: replay.actions,
         served: replay.served,
         unwritten_bytes: replay.unwritten,
-        lists,
-        cache: None,
-        stereo: None,
-        kernels: None,
-        pixels: None,
-        step: replay.step,
+        measured,
         fovea: FoveaSummary::of(workload)
             .zip(replay.regions)
             .map(|(summary, regions)| Foveal { summary, regions }),
@@ -539,8 +534,8 @@ fn pair_frame(
         _ => run(&separate, workload, observer)?,
     };
     pair.charge(machine, &mut outcome.actions);
-    if let EyeWork::Second(_, summary) = pair {
-        outcome.stereo = *summary;
+    if let EyeWork::Second(_, Some(summary)) = pair {
+        outcome.measured.extend(summary.measured());
     }
     Ok(outcome)
 }

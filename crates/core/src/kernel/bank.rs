@@ -7,7 +7,7 @@
 //! `a` accesses in a cycle, `b` banks serve `b (1 - (1 - 1/b)^a)` on average (A39).
 
 use crate::kernel::divide::Divisor;
-use crate::machine::{BufferSpec, Ports};
+use crate::kernel::spec::{BufferSpec, Ports};
 
 /// The banks of a buffer, as one unit or core sees its share.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@ use super::ledger::Account;
 use super::memory::{Arrival, Layout, Memory, NEVER, Request};
 use super::stream::StreamId;
 use super::timeline::{Observer, State};
-use crate::stage::Stall;
+use crate::kernel::Stall;
 use powergs_dram::AddressRange;
 use powergs_energy::action::StageId;
 

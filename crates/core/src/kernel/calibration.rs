@@ -27,18 +27,14 @@
 //!
 //! With a second master there is no such run: units that keep the memory busy would take from
 //! that master what slower ones leave it, so the machine is timed as with `banked`
-//! ([`DramSpec::timed`](crate::machine::DramSpec::timed)).
+//! ([`DramSpec::timed`](crate::kernel::spec::DramSpec::timed)).
 //!
 //! What it does not know: rows that are open or closed because other units are faster or slower
 //! than those of the reference, and machines whose few writes under way wait for reads to pause.
 
-use std::sync::Arc;
-
 use crate::kernel::dram::{Channel, Dram, StreamCost};
-use crate::kernel::memo::{Memo, MemoKey};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::{Observer, Span};
-use crate::machine::{DramModel, GatingSpec, Machine};
 use powergs_dram::stats::Traffic;
 use powergs_dram::{Device, DramCommands, StageCommands, Stats};
 use powergs_energy::action::Phase;
@@ -74,52 +70,6 @@ impl Observer for CalibrationRecorder {
     fn span(&mut self, _: Span) {}
 }
 
-/// The machine on its device whose run says what the memory of others does: the same requests, by
-/// units and buffers that are always the same.
-#[derive(Debug, PartialEq)]
-pub struct Reference(Machine);
-
-impl MemoKey for Reference {
-    type Value = Calibration;
-    const MOST: usize = 1024;
-}
-
-impl Reference {
-    /// What its run says of the memory of `machine`, where that is `calibrated`: once a frame for
-    /// all machines with the same reference. `change` makes the same what does not decide which
-    /// requests there are; `run` takes the reference through, and gives what the device did
-    /// ([`Memory::recording`](super::memory::Memory::recording)). Whether preprocessing ends before
-    /// the other phases begin is what [`Dataflow::overlaps`](crate::flow::Dataflow::overlaps) says.
-    ///
-    /// # Panics
-    /// When the run has no recording, or the machine was never linked to its device.
-    pub fn calibration(
-        machine: &Machine,
-        memo: &Memo,
-        change: impl FnOnce(&mut Machine),
-        run: impl FnOnce(&Machine, &mut CalibrationRecorder) -> Option<Recording>,
-        streams: &'static Streams,
-    ) -> Option<Arc<Calibration>> {
-        if machine.dram.timed() != DramModel::Calibrated {
-            return None;
-        }
-        let mut reference = machine.clone();
-        reference.dram.model = DramModel::Banked;
-        reference.gating = GatingSpec::default();
-        for name in [&mut reference.name, &mut reference.description, &mut reference.energy] {
-            name.clear();
-        }
-        change(&mut reference);
-        Some(memo.get(Reference(reference), |Reference(reference)| {
-            let recording = run(reference, &mut CalibrationRecorder);
-            let recording = recording.expect("a run with a device has a recording");
-            let device = reference.device.as_deref().expect("a machine is linked to its device");
-            let is_apart = !reference.flow().overlaps(reference);
-            CalibrationFit::new(&recording, streams, device, is_apart).calibration()
-        }))
-    }
-}
-
 /// Commands per byte of a stream.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct PerByte {
@@ -144,6 +94,17 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// What a run on a device says of the memory; `is_apart` where preprocessing is over before
+    /// anything else begins.
+    pub fn of(
+        recording: &Recording,
+        streams: &'static Streams,
+        device: &Device,
+        is_apart: bool,
+    ) -> Calibration {
+        CalibrationFit::new(recording, streams, device, is_apart).calibration()
+    }
+
     /// The memory.
     pub fn dram(&self) -> Dram {
         self.dram

@@ -9,8 +9,8 @@
 //! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)). A second master takes
 //! its share of the bus all the time: the rest is the rate of the accelerator.
 
+use crate::kernel::spec::DramSpec;
 use crate::kernel::stream::{StreamId, Streams};
-use crate::machine::DramSpec;
 use powergs_base::quantity::{BytesPerSecond, Hertz};
 
 /// Ticks of the data bus per cycle.

@@ -1,9 +1,9 @@
 //! Cycle account of one unit, or of a gang of units that work together: busy, stalled by cause,
 //! idle.
 
+use crate::kernel::Stall;
 use crate::kernel::UnitCycles;
 use crate::kernel::timeline::{Observer, Span, State};
-use crate::stage::Stall;
 use powergs_energy::action::StageId;
 
 /// The account.

@@ -8,39 +8,13 @@ use crate::kernel::DramUse;
 use crate::kernel::calibration::{Calibration, CalibrationSample, Recording};
 use crate::kernel::dram::{Channel, Dram};
 use crate::kernel::second_master::SecondMaster;
+use crate::kernel::spec::{DramModel, External};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
-use crate::machine::{DramModel, Machine};
-use crate::stage::{Bias, DoubleDecl, OmitDecl, double, omit};
+use powergs_base::quantity::Hertz;
 use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands};
 use std::iter;
-
-/// What memories leave out.
-pub(crate) const OMITS: [OmitDecl; 4] = [
-    omit("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
-        .by("dram.model = \"bandwidth\"", |m| m.dram.model == DramModel::Bandwidth),
-    omit("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
-    omit("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
-        .by("dram.second-master.rate = \"0 B/s\"", |m| !m.dram.second_master.is_on()),
-    omit("reads of one unit served before older ones of another", Bias::Either, "A33"),
-];
-
-/// What twice the memory is.
-pub(crate) const DOUBLES: [DoubleDecl; 3] = [
-    DoubleDecl {
-        is_there: |m| !m.dram.has_device() && m.dram.bandwidth.is_some(),
-        ..double("dram.bandwidth", &["dram.bandwidth"], &["A4", "A5"])
-    },
-    DoubleDecl {
-        is_there: |m| m.dram.has_device() && m.dram.model == DramModel::Bandwidth,
-        ..double("dram.channels", &["dram.channels"], &["A4", "A5"])
-    },
-    DoubleDecl {
-        is_there: |m| m.dram.has_device() && m.dram.model != DramModel::Bandwidth,
-        ..double("dram.channels", &["dram.channels"], &["A41"])
-    },
-];
 
 /// No cycle.
 pub const NEVER: u64 = u64::MAX;
@@ -104,19 +78,19 @@ impl Layout for Ranges {
 /// says where it has no device or does not time it.
 ///
 /// # Panics
-/// When the machine's model needs a device and [`Machine::link`] was never called.
-pub fn answers_in(machine: &Machine) -> u64 {
-    let seconds = match machine.dram.timed() {
-        DramModel::Bandwidth => machine.dram.latency.0 * 1e-9,
+/// When its model needs a device that was never looked up.
+pub fn answers_in(external: &External<'_>) -> u64 {
+    let seconds = match external.spec.timed() {
+        DramModel::Bandwidth => external.spec.latency.0 * 1e-9,
         DramModel::Banked | DramModel::Calibrated => {
-            let device = machine.device.as_deref().expect("a machine is linked to its DRAM device");
+            let device = external.timed_device();
             let timing = &device.timing;
             let ck = timing.precharge_to_activate + timing.activate_to_read + timing.read_data;
             let all = f64::from(ck) + device.ck(device.controller.latency) as f64;
             all * device.clock_period.0 * 1e-9
         }
     };
-    (seconds * machine.clock.0).ceil() as u64
+    (seconds * external.clock.0).ceil() as u64
 }
 
 /// The memory of one frame.
@@ -194,9 +168,9 @@ struct Clocks {
 }
 
 impl Clocks {
-    fn new(machine: &Machine, device: &Device) -> Clocks {
+    fn new(clock: Hertz, device: &Device) -> Clocks {
         let fs = |seconds: f64| (seconds * 1e15).round() as u64;
-        Clocks { cycle_fs: fs(machine.clock.0.recip()), ck_fs: fs(device.clock_period.0 * 1e-9) }
+        Clocks { cycle_fs: fs(clock.0.recip()), ck_fs: fs(device.clock_period.0 * 1e-9) }
     }
 
     /// The first CK at or after a cycle begins.
@@ -222,26 +196,27 @@ impl<'a, L: Layout> Memory<'a, L> {
     /// An idle memory.
     ///
     /// # Panics
-    /// When the machine's model needs a device and [`Machine::link`] was never called.
+    /// When its model needs a device that was never looked up.
     pub fn new(
         layout: L,
         streams: &'static Streams,
-        machine: &Machine,
+        external: External<'_>,
         calibration: Option<&'a Calibration>,
     ) -> Self {
-        let plain = || Dram::new(&machine.dram, machine.dram_peak(), machine.clock, streams);
+        let External { spec: table, peak, clock, .. } = external;
+        let plain = || Dram::new(table, peak, clock, streams);
         let flat = calibration.map_or_else(plain, Calibration::dram);
-        let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
-        let spec = &machine.dram.second_master;
+        let spec = &table.second_master;
         let mut master = None;
-        let timer = match machine.dram.timed() {
+        let timer = match table.timed() {
             DramModel::Bandwidth | DramModel::Calibrated => {
                 Timer::Flat(Box::new(Channel::new(flat)))
             }
             DramModel::Banked => {
-                let clocks = Clocks::new(machine, device());
+                let device = external.timed_device();
+                let clocks = Clocks::new(clock, device);
                 master = SecondMaster::new(spec, layout.end(), clocks.ck_fs);
-                let device = Banked::new(device());
+                let device = Banked::new(device);
                 // The frame may end while requests of the second master are under way.
                 let device = if master.is_some() { device.in_time() } else { device };
                 let (ahead, requests) = (Ahead::default(), Vec::new());
@@ -249,8 +224,8 @@ impl<'a, L: Layout> Memory<'a, L> {
                 Timer::Banked(Box::new(queued), clocks)
             }
         };
-        let share = match machine.dram.timed() {
-            DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
+        let share = match table.timed() {
+            DramModel::Bandwidth => (external.second_master_share(), spec.rate.0 / clock.0),
             DramModel::Calibrated | DramModel::Banked => (0.0, 0.0),
         };
         let (traffic, samples) = (Traffic::default(), Vec::new());

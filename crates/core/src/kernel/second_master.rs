@@ -7,7 +7,7 @@
 //! once. With the `banked` model the requests take their places among those of the accelerator by
 //! arrival; the `bandwidth` model takes their share off its rate.
 
-use crate::machine::{AccessOrder, SecondMasterSpec};
+use crate::kernel::spec::{AccessOrder, SecondMasterSpec};
 use powergs_dram::AddressRange;
 use std::collections::VecDeque;
 

@@ -1,6 +1,5 @@
 //! The streams of requests that the stages of a dataflow make: what is read or written, and why.
 
-use crate::stage::{StageDecl, same};
 use powergs_energy::action::Phase;
 
 /// Requests of one kind, as the stage that makes them declares it.
@@ -77,7 +76,7 @@ struct StreamFacts {
     phase: Phase,
     is_write: bool,
     is_contiguous: bool,
-    like: [u8; 2],
+    like: [&'static str; 2],
 }
 
 /// The streams of a dataflow, in the order of its stages.
@@ -92,46 +91,49 @@ impl Streams {
     /// master.
     pub const MOST: usize = powergs_dram::stats::CLASSES - 1;
 
-    /// The streams of some stages.
-    ///
-    /// # Panics
-    /// When there are more than [`Streams::MOST`], or one is like one that does not exist.
-    pub const fn of(stages: &[&StageDecl]) -> Streams {
+    /// None.
+    pub const NONE: Streams = {
         let nothing = StreamFacts {
             key: "",
             phase: Phase::Preprocessing,
             is_write: false,
             is_contiguous: true,
-            like: [0; 2],
+            like: [""; 2],
         };
-        let mut streams = Streams { facts: [nothing; Streams::MOST], count: 0 };
-        let mut s = 0;
-        while s < stages.len() {
-            let mut i = 0;
-            while i < stages[s].streams.len() {
-                let StreamDecl { key, is_write, is_contiguous, phase, .. } = stages[s].streams[i];
-                assert!(streams.count < Streams::MOST, "more streams than devices tell apart");
-                let phase = match phase {
-                    Some(own) => own,
-                    None => stages[s].phase,
-                };
-                streams.facts[streams.count] =
-                    StreamFacts { key, phase, is_write, is_contiguous, like: [0; 2] };
-                (streams.count, i) = (streams.count + 1, i + 1);
-            }
-            s += 1;
+        Streams { facts: [nothing; Streams::MOST], count: 0 }
+    };
+
+    /// These, and those of a stage that works in this phase.
+    ///
+    /// # Panics
+    /// When there are more than [`Streams::MOST`].
+    pub const fn with(mut self, phase: Phase, more: &[StreamDecl]) -> Streams {
+        let mut i = 0;
+        while i < more.len() {
+            assert!(self.count < Streams::MOST, "more streams than devices tell apart");
+            let StreamDecl { key, is_write, is_contiguous, like, phase: own, .. } = more[i];
+            let phase = match own {
+                Some(own) => own,
+                None => phase,
+            };
+            self.facts[self.count] = StreamFacts { key, phase, is_write, is_contiguous, like };
+            (self.count, i) = (self.count + 1, i + 1);
         }
-        let (mut s, mut n) = (0, 0);
-        while s < stages.len() {
-            let mut i = 0;
-            while i < stages[s].streams.len() {
-                let [first, second] = stages[s].streams[i].like;
-                streams.facts[n].like = [streams.id(first).0, streams.id(second).0];
-                (n, i) = (n + 1, i + 1);
-            }
-            s += 1;
+        self
+    }
+
+    /// The same, where each is like others that there are.
+    ///
+    /// # Panics
+    /// When one is like one that does not exist.
+    pub const fn checked(self) -> Streams {
+        let mut i = 0;
+        while i < self.count {
+            let [first, second] = self.facts[i].like;
+            let _ = (self.id(first), self.id(second));
+            i += 1;
         }
-        streams
+        self
     }
 
     /// The number of a stream.
@@ -179,6 +181,22 @@ impl Streams {
     /// The stream, and others that touch the memory alike, the most similar first.
     pub(super) fn and_similar(&self, stream: StreamId) -> [StreamId; 3] {
         let [first, second] = self.facts[stream.index()].like;
-        [stream, StreamId(first), StreamId(second)]
+        [stream, self.id(first), self.id(second)]
     }
+}
+
+/// Whether two keys are the same, before the program runs.
+pub(crate) const fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    if a.len() != b.len() {
+        return false;
+    }
+    let mut i = 0;
+    while i < a.len() {
+        if a[i] != b[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
 }

@@ -4,12 +4,10 @@
 //! Times, counts, bytes and joules add up; what a buffer held at most is the larger of the two.
 
 use super::{
-    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, ModelReport,
-    OrderSummary, PaperReport, RegionReport, StageBytes,
+    CycleReport, FoveaSummary, Foveal, FrameReport, ModelReport, PaperReport, RegionReport,
+    StageBytes,
 };
-use crate::flow::KernelSummary;
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
-use crate::workload::reuse::ReuseSummary;
 use powergs_energy::Standby;
 use powergs_frame::scene::Eye;
 
@@ -98,53 +96,15 @@ impl Then for CycleReport {
             executed_evaluations,
             live_evaluations,
             unwritten_bytes,
-            lists,
-            cache,
-            stereo,
-            kernels,
-            pixels,
-            step,
+            measured,
             fovea,
         } = next;
         self.timing.then(timing);
         self.executed_evaluations += executed_evaluations;
         self.live_evaluations += live_evaluations;
         self.unwritten_bytes += unwritten_bytes;
-        self.lists = match (self.lists, lists) {
-            (Some(ListOrder::Sorted(mut a)), Some(ListOrder::Sorted(b))) => {
-                a.then(b);
-                Some(ListOrder::Sorted(a))
-            }
-            (Some(ListOrder::Reused(mut a)), Some(ListOrder::Reused(b))) => {
-                a.then(b);
-                Some(ListOrder::Reused(a))
-            }
-            // One eye sorted anew and the other did not: no summary is of both.
-            _ => None,
-        };
-        self.cache.then(cache);
-        // It is of the second view alone.
-        self.stereo = stereo;
-        self.kernels.then(kernels);
-        if let (Some(first), Some(second)) = (&mut self.pixels, &pixels) {
-            first.add(second);
-        }
-        if let (Some(first), Some(second)) = (&mut self.step, &step) {
-            first.add(second);
-        }
+        self.measured = std::mem::take(&mut self.measured).with_second(&measured);
         self.fovea.then(fovea);
-    }
-}
-
-impl Then for KernelSummary {
-    fn then(&mut self, next: KernelSummary) {
-        let KernelSummary { parts, launching, hits, misses, slots, live } = next;
-        self.parts.then(parts);
-        self.launching += launching;
-        self.hits += hits;
-        self.misses += misses;
-        self.slots += slots;
-        self.live += live;
     }
 }
 
@@ -199,48 +159,6 @@ impl Then for BufferUse {
         self.filled += filled;
         self.consumed += consumed;
         self.discarded += discarded;
-    }
-}
-
-impl Then for OrderSummary {
-    fn then(&mut self, next: OrderSummary) {
-        let OrderSummary { neighbours, out_of_order, equal_keys, inversions } = next;
-        self.neighbours += neighbours;
-        self.out_of_order += out_of_order;
-        self.equal_keys += equal_keys;
-        self.inversions += inversions;
-    }
-}
-
-impl Then for ReuseSummary {
-    fn then(&mut self, next: ReuseSummary) {
-        let ReuseSummary {
-            old_lists,
-            keeping_share,
-            kept,
-            new,
-            gone,
-            rank_shift_p99,
-            out_of_order,
-            missing,
-        } = next;
-        let keeping = self.keeping_share * self.old_lists as f64 + keeping_share * old_lists as f64;
-        self.old_lists += old_lists;
-        self.keeping_share = keeping / self.old_lists.max(1) as f64;
-        self.kept += kept;
-        self.new += new;
-        self.gone += gone;
-        // A bound: 99 of 100 entries of both are within the larger of the two.
-        self.rank_shift_p99 = self.rank_shift_p99.max(rank_shift_p99);
-        self.out_of_order += out_of_order;
-        self.missing += missing;
-    }
-}
-
-impl Then for CacheSummary {
-    fn then(&mut self, next: CacheSummary) {
-        self.hits += next.hits;
-        self.misses += next.misses;
     }
 }
 

@@ -1,11 +1,9 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::flow::{
-    CacheSummary, FoveaSummary, Foveal, KernelSummary, ListOrder, PixelSummary, StepSummary,
-    StereoSummary,
-};
+use crate::flow::{FoveaSummary, Foveal};
 use crate::kernel::FrameTiming;
+use crate::stage::Measured;
 use powergs_base::quantity::Hertz;
 use powergs_energy::action::ActionCounts;
 use powergs_energy::{Area, EnergyBreakdown, Standby};
@@ -78,18 +76,8 @@ pub struct CycleReport {
     pub live_evaluations: u64,
     /// DRAM bytes read that nobody wrote (`record.feature-source = "nobody"`).
     pub unwritten_bytes: u64,
-    /// Order of the sorted lists; `None` where it was not measured.
-    pub lists: Option<ListOrder>,
-    /// The feature cache, where the machine has one.
-    pub cache: Option<CacheSummary>,
-    /// The second view of a pair, where it is made of the first one.
-    pub stereo: Option<StereoSummary>,
-    /// The kernels, where the machine is a GPU.
-    pub kernels: Option<KernelSummary>,
-    /// Where pixels come from, where not all are rendered.
-    pub pixels: Option<PixelSummary>,
-    /// What follows the frame, where it is trained on.
-    pub step: Option<StepSummary>,
+    /// What its stages measured besides.
+    pub measured: Measured,
     /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }

@@ -10,6 +10,7 @@ mod entries;
 mod key;
 mod record;
 
+pub use crate::stage::Value;
 pub use aggregate::Aggregate;
 pub use key::Key;
 pub use record::{Record, UnitPart};
@@ -18,25 +19,6 @@ use std::sync::LazyLock;
 
 use super::FrameReport;
 use crate::flow;
-
-/// A measured value. Counts stay integers up to the file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value {
-    /// An exact count.
-    Count(u64),
-    /// A measure; always finite.
-    Real(f64),
-}
-
-impl Value {
-    /// The value as a floating-point number.
-    pub fn as_f64(self) -> f64 {
-        match self {
-            Value::Count(n) => n as f64,
-            Value::Real(x) => x,
-        }
-    }
-}
 
 /// Whether a statistic is a count or a measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

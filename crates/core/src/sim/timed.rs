@@ -93,12 +93,7 @@ pub fn priced(
             executed_evaluations: outcome.executed_evaluations,
             live_evaluations: outcome.live_evaluations,
             unwritten_bytes: outcome.unwritten_bytes,
-            lists: outcome.lists,
-            cache: outcome.cache,
-            stereo: outcome.stereo,
-            kernels: outcome.kernels,
-            pixels: outcome.pixels,
-            step: outcome.step,
+            measured: outcome.measured.clone(),
             fovea: regions::priced(timed, prices),
         })),
     };

@@ -136,12 +136,12 @@ pub struct Reuse {
 }
 
 /// How much of the previous order a frame could reuse.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ReuseSummary {
     /// Lists that had entries in the frame before.
     pub old_lists: u64,
-    /// Share of these that keep more than [`KEEP`] of them.
-    pub keeping_share: f64,
+    /// Those of them that keep more than [`KEEP`] of these.
+    pub keeping: u64,
     /// List entries that were in their list before.
     pub kept: u64,
     /// Entries that were not.
@@ -205,17 +205,15 @@ pub(crate) fn ranks_by_index(workload: &FrameWorkload) -> Vec<u32> {
 
 fn summary(part: &ReusePart) -> ReuseSummary {
     let mut s = ReuseSummary::default();
-    let mut keeping = 0u64;
     for list in &part.lists {
         let before = list.kept + list.gone;
         s.old_lists += u64::from(before > 0);
-        keeping += u64::from(f64::from(list.kept) > KEEP * f64::from(before));
+        s.keeping += u64::from(f64::from(list.kept) > KEEP * f64::from(before));
         s.kept += u64::from(list.kept);
         s.new += u64::from(list.new);
         s.gone += u64::from(list.gone);
         s.out_of_order += u64::from(list.out_of_order);
     }
-    s.keeping_share = if s.old_lists == 0 { 0.0 } else { keeping as f64 / s.old_lists as f64 };
 
     let due = (s.kept * 99).div_ceil(100);
     let mut seen = 0;

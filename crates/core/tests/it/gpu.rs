@@ -509,8 +509,7 @@ fn kernels_and_unit_share_a_frame() {
     let slow = ["attached.impl=pixels", "attached.lanes=1", "attached.clock=50 MHz"];
     let beside = frame_of(&slow);
     let behind = frame_of(&[&slow[..], &["attached.overlap=none"]].concat());
-    let kernels = behind.kernels.expect("kernels");
-    let blend = kernels.parts[KernelPart::Blend as usize];
+    let blend = behind.measured.count(KernelPart::Blend.time()).expect("kernels");
     let rest = behind.timing.frame - blend;
     assert!(blend > 2 * rest, "{blend} {rest}");
     let near = |a: u64, b: u64| a.abs_diff(b) * 20 <= b;

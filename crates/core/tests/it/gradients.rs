@@ -4,7 +4,9 @@ use std::collections::{BTreeSet, VecDeque};
 
 use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::flow::steps::Updated;
+use powergs_core::flow::steps::{StepCycles, StepPart};
 use powergs_core::flow::tile_wise::gradients::GradientsSpec;
+use powergs_core::flow::tile_wise::gradients::{ADDITIONS, FOUND_SUMS};
 use powergs_core::flow::tile_wise::{FoveaSpec, Overlap, PixelSource, ResolvedUnits, VruImpl};
 use powergs_core::flow::{FlowOutcome, FrameTask, History};
 use powergs_core::kernel::Memo;
@@ -146,16 +148,16 @@ fn gradients_are_those_of_blends_and_sums_go_through_a_queue() {
         assert!(near(read, 36 * touched + visible * stored + 16 * numbers * points));
         let out = visible * 4 * numbers + (12 * numbers + stored) * points;
         assert!(near(write, 36 * held + out));
-        let sums = step.step.expect("it trains").sums;
+        let sums = sums_of(&step);
         let met = order.len() as u64;
         assert!(near(sums[0], met) && near(sums[1], met - fetched));
         assert_eq!(more(1), [0, 0]);
         let again = step.actions.total(ALPHA) - frame_alone.actions.total(ALPHA);
         assert_eq!(again, if behind { 0 } else { c.alpha_evaluations });
         assert_eq!(step.executed_evaluations, frame_alone.executed_evaluations);
-        let after = step.step.expect("it trains");
-        assert_eq!(after.loss == 0, behind);
-        assert!(after.update > 0 && after.chain > 0);
+        let after = cycles_of(&step);
+        assert_eq!(after.of(StepPart::Loss) == 0, behind);
+        assert!(after.of(StepPart::Update) > 0 && after.of(StepPart::Chain) > 0);
     }
 }
 
@@ -174,12 +176,12 @@ fn a_pass_takes_what_its_pairs_take() {
         busy[i % cores] += (3 * tile.alpha_evaluations).div_ceil(4).max(1);
     }
     let most = busy.into_iter().max().expect("a core");
-    let reverse = step.step.expect("it trains").reverse;
+    let reverse = cycles_of(&step).of(StepPart::Reverse);
     assert!((most..most + 200).contains(&reverse), "{reverse} {most}");
     // The whole step is the frame and its parts.
     let plain = machine(|m| m.tiles_mut().training.interval = 0);
     let (alone, _) = run(&plain, &frame);
-    assert_eq!(step.timing.frame, alone.timing.frame + step.step.expect("it trains").cycles());
+    assert_eq!(step.timing.frame, alone.timing.frame + cycles_of(&step).all());
 }
 
 /// Behind its rendering units, a slow gradient unit holds them, and a fast one costs nothing.
@@ -208,11 +210,11 @@ fn tiles_wait_for_gradients_of_tiles_before() {
         (m.vru.cores, m.training.interval) = (cores, 0);
     });
     let (alone, _) = run(&plain, &frame);
-    let after = fast.step.expect("it trains");
-    let behind = fast.timing.frame - after.cycles();
+    let after = cycles_of(&fast);
+    let behind = fast.timing.frame - after.all();
     assert!(behind.abs_diff(alone.timing.frame) * 50 <= alone.timing.frame, "{behind}");
     // Of the pose there is no update, and nothing is written but sums.
-    assert_eq!(after.update, 0);
+    assert_eq!(after.of(StepPart::Update), 0);
     let vru = |outcome: &FlowOutcome| {
         let unit = outcome.timing.units.iter().find(|unit| unit.unit == stage_id("vru"));
         unit.expect("it renders").stalls.iter().sum::<u64>()
@@ -261,7 +263,7 @@ fn densification_moves_its_arrays() {
     let frame = dense_frame(1);
     let with = |densify: u32| {
         let (outcome, w) = run(&machine(|m| m.tiles_mut().training.densify = densify), &frame);
-        (outcome.served.stages[0], outcome.step.expect("it trains"), w)
+        (outcome.served.stages[0], cycles_of(&outcome), w)
     };
     let (none, before, w) = with(0);
     let numbers = 11 + 3 * (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
@@ -271,7 +273,8 @@ fn densification_moves_its_arrays() {
         let own = 8 * w.index.len() as u64 + moved;
         let more = [some.read - none.read, some.write - none.write];
         assert!(more.iter().all(|bytes| bytes.abs_diff(own) * 500 <= own), "{more:?} {own}");
-        assert!(after.update > before.update && after.chain == before.chain);
+        assert!(after.of(StepPart::Update) > before.of(StepPart::Update));
+        assert_eq!(after.of(StepPart::Chain), before.of(StepPart::Chain));
     }
 }
 
@@ -288,26 +291,37 @@ fn a_cache_of_sums_that_misses_takes_time() {
             change(&mut m.gradients);
         });
         let (outcome, w) = run(&trained, &frame);
-        (outcome.step.expect("it trains"), outcome, w)
+        (cycles_of(&outcome).of(StepPart::Reverse), outcome, w)
     };
     let small = |g: &mut GradientsSpec| g.cache.capacity = Bytes(36 * 8);
     let one = |g: &mut GradientsSpec| (g.cache.capacity, g.misses) = (Bytes(36 * 8), 1);
     let (free, ..) = reverse(0.0, &small);
     let (many, ..) = reverse(200.0, &small);
-    let (few, ..) = reverse(200.0, &one);
-    let fetched = few.sums[0] - few.sums[1];
+    let (few, outcome, _) = reverse(200.0, &one);
+    let [additions, found] = sums_of(&outcome);
+    let fetched = additions - found;
     // Four cores, one sum on its way each, 200 cycles of 1 GHz.
-    assert!(few.reverse >= fetched * 200 / 4, "{} {fetched}", few.reverse);
-    assert!(free.reverse < many.reverse && many.reverse < few.reverse);
-    let (narrow, ..) = reverse(0.0, &|g: &mut GradientsSpec| {
+    assert!(few >= fetched * 200 / 4, "{few} {fetched}");
+    assert!(free < many && many < few);
+    let (narrow, outcome, _) = reverse(0.0, &|g: &mut GradientsSpec| {
         small(g);
         g.cache.banks = 1;
     });
     // 36 B in words of 16 B, read and written, of four cores through one bank.
-    assert!(narrow.reverse >= narrow.sums[0] * 3 * 2, "{} {:?}", narrow.reverse, narrow.sums);
-    let (none, outcome, w) = reverse(0.0, &|g: &mut GradientsSpec| g.cache.capacity = Bytes(0));
-    assert_eq!(none.sums, [0; 2]);
+    assert!(narrow >= sums_of(&outcome)[0] * 3 * 2, "{narrow}");
+    let (_, outcome, w) = reverse(0.0, &|g: &mut GradientsSpec| g.cache.capacity = Bytes(0));
+    assert!(outcome.measured.count(&ADDITIONS).is_none());
     let bytes = outcome.served.stages[2];
     let met: u64 = (0..w.tiles.len()).map(|tile| self::met(&w, tile).0.len() as u64).sum();
     assert!(bytes.read > 36 * met * 9 / 10 && bytes.write > 36 * met * 9 / 10, "{bytes:?} {met}");
+}
+
+/// Cycles of the parts of a step.
+fn cycles_of(outcome: &FlowOutcome) -> StepCycles {
+    StepCycles::find(&outcome.measured).expect("it trains")
+}
+
+/// Additions to sums, and those of them whose sum was there.
+fn sums_of(outcome: &FlowOutcome) -> [u64; 2] {
+    [&ADDITIONS, &FOUND_SUMS].map(|stat| outcome.measured.count(stat).expect("a cache"))
 }

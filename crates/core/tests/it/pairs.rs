@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use approx::assert_relative_eq;
-use powergs_core::flow::ListOrder;
+use powergs_core::flow::tile_wise::measures;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
 use powergs_core::run::{
     FrameView, Frames, MemoryFrames, Session, Subject, System, SystemSpec, TraceFile,
 };
 use powergs_core::sim::FrameReport;
+use powergs_core::sim::statistics::{self, Value};
 use powergs_core::sim::statistics::{Kind, catalogue};
 use powergs_frame::scene::{Eye, StorageOrder};
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
@@ -112,15 +113,17 @@ fn a_pair_says_what_its_second_eye_loses() {
         System::load(&spec, &EmbeddedFiles).expect("a machine")
     };
     let mut pairs = stereo_pairs();
-    let of = |report: &FrameReport| report.cycle().expect("cycles").stereo;
+    let named = |report: &FrameReport, name: &str| {
+        statistics::find(name).expect("a statistic").of(report, 60.0).map(Value::as_f64)
+    };
     let [derived, plain] = [&[][..], &[separate]].map(|sets| reports(&mut pairs, &with(sets)));
     assert_eq!((derived.len(), plain.len()), (2, 2));
     for (pair, other) in derived.iter().zip(&plain) {
-        let summary = of(pair).expect("a second eye");
-        assert!(0 < summary.kept && summary.kept < summary.entries, "{summary:?}");
-        assert!(summary.changed_pixels >= summary.cut_off_pixels);
-        assert!(summary.lost_blends < summary.blends && summary.largest_disparity > 0.0);
-        assert!(of(other).is_none());
+        let of = |name: &str| named(pair, &format!("stereo.{name}")).expect("a second eye");
+        assert!(of("kept") > 0.0 && of("kept_frac") < 1.0);
+        assert!(of("changed_pixels_frac") >= of("cut_off_pixels_frac"));
+        assert!(of("lost_blends_frac") < 1.0 && of("largest_disparity") > 0.0);
+        assert!(named(other, "stereo.kept").is_none());
         assert!(pair.frame_time_s() < other.frame_time_s());
     }
 }
@@ -154,8 +157,8 @@ fn an_eye_keeps_its_own_order() {
     let reused = |frames: &mut dyn Frames| -> Vec<bool> {
         let subjects = [Subject::of(&neo)];
         let keep = |all: &mut Vec<bool>, view: FrameView<'_>| {
-            let lists = view.report.cycle().and_then(|cycle| cycle.lists);
-            all.push(matches!(lists, Some(ListOrder::Reused(_))));
+            let cycle = view.report.cycle().expect("cycles");
+            all.push(cycle.measured.count(&measures::KEPT).is_some());
         };
         let folded = Session::new(frames, &()).fold(&subjects, |_| Vec::new(), keep);
         folded.expect("reports").states.remove(0)

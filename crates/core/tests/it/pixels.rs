@@ -5,8 +5,9 @@ use std::collections::HashMap;
 
 use powergs_core::flow::tile_wise::blended::pixel_origins;
 use powergs_core::flow::tile_wise::pixels::{PixelOrigin, SomePixels};
+use powergs_core::flow::tile_wise::pixels::{PixelSummary, RENDERED_PIXELS};
 use powergs_core::flow::tile_wise::{FoveaSpec, PixelSource, SamplePattern};
-use powergs_core::flow::{FrameTask, History, PixelSummary};
+use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{SimError, Timed, time};
@@ -358,7 +359,7 @@ fn what_is_moved_is_read_and_written_once_and_takes_its_time() {
     let served = timed.outcome.served.stages[2];
     // Pixels that are rendered have their depth too.
     assert_eq!(served.write, summary.pixels * bytes);
-    assert_eq!(timed.outcome.pixels, Some(summary));
+    assert_eq!(timed.outcome.measured, summary.measured());
     let cycles = |timed: &Timed| timed.outcome.timing.frame;
     let quick = run(&fast, &frames).remove(1).expect("it runs");
     let gain = cycles(&timed) - cycles(&quick);
@@ -366,7 +367,7 @@ fn what_is_moved_is_read_and_written_once_and_takes_its_time() {
     // A sample writes no other pixels.
     let sampled = self::machine(PixelSource::Sampled, |m| m.tiles_mut().pixels.period = 0);
     let timed = run(&sampled, &frames[..1]).remove(0).expect("it runs");
-    let pixels = timed.outcome.pixels.expect("a part").rendered;
+    let pixels = timed.outcome.measured.count(&RENDERED_PIXELS).expect("a part");
     assert_eq!(timed.outcome.served.stages[2].write, pixels * sampled.tiles().record.pixel.0);
 }
 

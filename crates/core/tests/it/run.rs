@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
+use powergs_core::flow::tile_wise::measures;
 use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;
 use powergs_core::run::files::EmbeddedFiles;
@@ -13,7 +14,7 @@ use powergs_core::run::{
     Change, FileKind, Frames, MemoryFrames, PaperModel, RunError, Session, Subject, System,
     SystemSpec, TraceFile, Watch,
 };
-use powergs_core::sim::{FrameReport, Label, ListOrder, priced, time};
+use powergs_core::sim::{FrameReport, Label, priced, time};
 use powergs_core::workload::demand::demand;
 use powergs_core::workload::paper::Padding;
 use powergs_core::workload::{FrameDetail, bin};
@@ -230,8 +231,8 @@ fn subjects_may_want_some_frames_only() {
     let mut frames = trace();
     let step = |seen: &mut Vec<(usize, bool, bool)>, view: powergs_core::run::FrameView<'_>| {
         let is_timed = view.report.frame_time_s().is_some();
-        let lists = view.report.cycle().and_then(|cycle| cycle.lists);
-        seen.push((view.position, is_timed, matches!(lists, Some(ListOrder::Sorted(_)))));
+        let checked = view.report.cycle().and_then(|c| c.measured.count(&measures::NEIGHBOURS));
+        seen.push((view.position, is_timed, checked.is_some()));
     };
     let folded = Session::new(&mut frames, &()).fold(&subjects, |_| Vec::new(), step);
     let states = folded.expect("a session").states;

@@ -1,13 +1,18 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
 use powergs_base::quantity::{Hertz, Picojoules, SquareMillimetres};
+use powergs_core::flow::steps::StepCycles;
+use powergs_core::flow::tile_wise::gradients::{ADDITIONS, FOUND_SUMS};
+use powergs_core::flow::tile_wise::pixels::PixelSummary;
+use powergs_core::flow::tile_wise::second_eye::StereoSummary;
+use powergs_core::flow::tile_wise::{cache, measures};
 use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_core::run::Input;
 use powergs_core::sim::{
-    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
-    OrderSummary, PaperReport, PixelSummary, RegionReport, StageBytes, StepSummary, StereoSummary,
+    CycleReport, FoveaSummary, Foveal, FrameReport, Model, ModelReport, PaperReport, RegionReport,
+    StageBytes,
 };
-use powergs_core::stage::{Stall, buffer_id, hardware, sram_read, stage_id, work_id};
+use powergs_core::stage::{Measured, Stall, buffer_id, hardware, sram_read, stage_id, work_id};
 use powergs_dram::{DramCommands, StageCommands};
 use powergs_energy::action::{ActionCounts, BufferId, Phase};
 use powergs_energy::{Area, Component, EnergyBreakdown, Standby};
@@ -20,6 +25,7 @@ use powergs_study::findings::what_if::{Skipped, Step};
 use powergs_study::findings::{Picture, TileLoad, WhatIf};
 use powergs_study::run_record::{Experiments, Facts, MachineFacts, Run, Shown, TraceFacts};
 
+use powergs_core::workload::cache::CacheReplay;
 use powergs_core::workload::reuse::ReuseSummary;
 
 /// Leakage, DRAM background and refresh, watts.
@@ -90,40 +96,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
             unwritten_bytes: 0,
             executed_evaluations: 64 * n,
             live_evaluations: 50 * n,
-            lists: Some(ListOrder::Sorted(OrderSummary {
-                neighbours: 2 * n,
-                out_of_order: n / 100,
-                equal_keys: n / 50,
-                inversions: n / 40,
-            })),
-            cache: Some(CacheSummary { hits: n, misses: n / 2 }),
-            kernels: None,
-            pixels: Some(PixelSummary {
-                pixels: 10 * n,
-                rendered: 4 * n,
-                taken: 5 * n,
-                filled: n,
-                lookups: 4 * n,
-                hits: n,
-            }),
-            step: Some(StepSummary {
-                loss: n,
-                reverse: 3 * n,
-                chain: n,
-                update: 2 * n,
-                sums: [4 * n, n],
-            }),
-            stereo: Some(StereoSummary {
-                handed_on: n,
-                entries: 2 * n,
-                kept: n / 2,
-                blends: 9 * n,
-                lost_blends: n / 9,
-                pixels: 3 * n,
-                changed_pixels: n / 300,
-                cut_off_pixels: n / 900,
-                largest_disparity: 41.5,
-            }),
+            measured: measured(n),
             fovea: Some(Foveal {
                 summary: fovea(n),
                 regions: std::array::from_fn(|k| region(n, k as u64)),
@@ -146,8 +119,44 @@ pub fn reusing_frame(number: usize, millions: f64) -> FrameReport {
     let n = frame.counters.intersecting_points;
     let (new, gone, out_of_order) = (n / 5, n / 4, n / 90);
     let reuse = ReuseSummary { kept: n, new, gone, out_of_order, ..ReuseSummary::default() };
-    cycle(&mut frame).lists = Some(ListOrder::Reused(reuse));
+    cycle(&mut frame).measured.extend(measures::measured(&reuse));
     frame
+}
+
+/// Something of everything that stages measure, but of a kept order.
+fn measured(n: u64) -> Measured {
+    let mut all = Measured::of(&[
+        (&measures::NEIGHBOURS, 2 * n),
+        (&measures::DISORDERED, n / 100),
+        (&measures::EQUAL_KEYS, n / 50),
+        (&measures::INVERSIONS, n / 40),
+    ]);
+    let replay = CacheReplay { loads: n + n / 2, hit_loads: n, ..CacheReplay::default() };
+    all.extend(cache::measured(&replay));
+    let pixels = PixelSummary {
+        pixels: 10 * n,
+        rendered: 4 * n,
+        taken: 5 * n,
+        filled: n,
+        lookups: 4 * n,
+        hits: n,
+    };
+    all.extend(pixels.measured());
+    all.extend(StepCycles([n, 3 * n, n, 2 * n]).measured());
+    let stereo = StereoSummary {
+        handed_on: n,
+        entries: 2 * n,
+        kept: n / 2,
+        blends: 9 * n,
+        lost_blends: n / 9,
+        pixels: 3 * n,
+        changed_pixels: n / 300,
+        cut_off_pixels: n / 900,
+        largest_disparity: 41.5,
+    };
+    all.extend(stereo.measured());
+    all.extend(Measured::of(&[(&ADDITIONS, 4 * n), (&FOUND_SUMS, n)]));
+    all
 }
 
 fn fovea(n: u64) -> FoveaSummary {

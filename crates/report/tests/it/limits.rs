@@ -1,8 +1,9 @@
 //! What is not modelled and what prices do, in sentences: each with a run of which the opposite is
 //! true.
 
+use powergs_core::flow::tile_wise::measures;
 use powergs_core::kernel::FrameTiming;
-use powergs_core::sim::{FrameReport, ListOrder};
+use powergs_core::sim::FrameReport;
 use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::ReuseSummary;
 use powergs_report::limits::{line, prices, sum};
@@ -109,7 +110,7 @@ fn views_that_are_no_path_are_called_so() {
         let mut run = builder::run(&[4.0, 6.0]);
         let reuse = ReuseSummary { kept, new: 100 - kept, ..ReuseSummary::default() };
         let taken_over = |frame: &mut FrameReport| {
-            builder::cycle(frame).lists = Some(ListOrder::Reused(reuse));
+            builder::cycle(frame).measured.extend(measures::measured(&reuse));
         };
         run.frames.iter_mut().skip(1).for_each(taken_over);
         document(&run, &[], &[]).terminal(200)

@@ -217,7 +217,7 @@ pub fn of(record: &Record) -> Option<Bottleneck> {
 
 /// Share of a frame that is behind its picture.
 fn behind(record: &Record) -> f64 {
-    let part = |part| record.mean(Key::Step(part)).unwrap_or(0.0);
+    let part = |part: StepPart| record.mean(Key::Stat(part.time())).unwrap_or(0.0);
     let all: f64 = StepPart::ALL.into_iter().map(part).sum();
     record.mean(Key::FrameTime).filter(|time| *time > 0.0).map_or(0.0, |time| all / time)
 }

@@ -3,6 +3,7 @@
 
 use crate::run_record::Run;
 use powergs_core::flow::gpu::KernelPart;
+use powergs_core::flow::steps::StepPart;
 use powergs_core::run::System;
 use powergs_core::stage::{StageDecl, WorkDecl, hardware, stages};
 use powergs_energy::action::Phase;
@@ -108,12 +109,14 @@ impl Roofline {
             let (timing, clock) = (&cycle.timing, cycle.clock.0);
             let colour = flops::colour_share(frame.colour_degree());
             // Gradients by parameters and the update are of the first phase, and come last.
-            let late = cycle.step.map_or(0, |step| step.chain + step.update);
+            let late = [StepPart::Chain, StepPart::Update];
+            let late: u64 = late.iter().filter_map(|part| cycle.measured.count(part.time())).sum();
             first += (timing.preprocessing_end + late) as f64 / clock;
             all += timing.frame as f64 / clock;
-            for (part, cycles) in
-                KernelPart::ALL.iter().zip(cycle.kernels.iter().flat_map(|k| k.parts))
-            {
+            // Where a machine is a GPU, kernels say which phase it is in.
+            let is_gpu = cycle.measured.get(KernelPart::Convert.time()).is_some();
+            for part in KernelPart::ALL.into_iter().filter(|_| is_gpu) {
+                let cycles = cycle.measured.count(part.time()).unwrap_or(0);
                 of_kernels[part.phase() as usize] += cycles as f64 / clock;
             }
             for (i, stage) in Phase::WORK.into_iter().enumerate() {

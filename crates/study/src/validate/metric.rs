@@ -310,7 +310,7 @@ impl Metric {
             Metric::TerminationSaving => of.pair_pixels as f64 / of.alpha_evaluations as f64,
             Metric::UnusedSurvivors => 1.0 - of.fetched as f64 / of.survivors as f64,
             Metric::ListsKeeping => of.keeping.0 / of.keeping.1,
-            Metric::RankShift => f64::from(of.rank_shift?),
+            Metric::RankShift => of.rank_shift? as f64,
             Metric::DramShare => of.dram_pj / (of.dram_pj + of.chip_pj),
             Metric::TileShare => of.tile_seconds / of.seconds,
             Metric::TilePairs => per_frame(of.tile_pairs),

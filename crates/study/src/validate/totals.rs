@@ -2,10 +2,10 @@
 
 use super::Block;
 use powergs_core::flow::gpu::{KernelPart, QUAD_BLENDED};
-use powergs_core::flow::tile_wise::TileWise;
+use powergs_core::flow::tile_wise::{TileWise, measures};
 use powergs_core::machine::Machine;
-use powergs_core::sim::{CycleReport, FrameReport, ListOrder};
-use powergs_core::stage::{Stall, stage};
+use powergs_core::sim::{CycleReport, FrameReport};
+use powergs_core::stage::{Stall, Value, stage};
 use powergs_core::workload::FrameWorkload;
 use powergs_dram::DramCommands;
 use powergs_energy::Component;
@@ -70,7 +70,7 @@ pub struct Totals {
     /// Sum of the shares of lists that keep most of their entries, and how many shares.
     pub keeping: (f64, f64),
     /// Largest 99th percentile of rank shifts.
-    pub rank_shift: Option<u32>,
+    pub rank_shift: Option<u64>,
 }
 
 impl Totals {
@@ -106,11 +106,9 @@ impl Totals {
     }
 
     fn add_lists(&mut self, workload: &FrameWorkload, machine: &TileWise, report: &FrameReport) {
-        let reuse = match report.cycle().and_then(|cycle| cycle.lists) {
-            Some(ListOrder::Reused(reuse)) => Some(reuse),
-            Some(ListOrder::Sorted(_)) | None => None,
-        };
-        let pairs = reuse.map_or(workload.counters.tile_pairs, |reuse| reuse.new);
+        let Some(cycle) = report.cycle() else { return };
+        let added = cycle.measured.count(&measures::ADDED);
+        let pairs = added.unwrap_or(workload.counters.tile_pairs);
         let features = workload.counters.intersecting_points * machine.record.projected.0;
         self.list_bytes_written += match machine.list_shape() {
             Some(_) => report.stages[Phase::Preprocessing as usize].write.saturating_sub(features),
@@ -118,12 +116,13 @@ impl Totals {
         };
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
-        if let Some(reuse) = reuse {
-            self.keeping.0 += reuse.keeping_share;
+        if added.is_some() {
+            let share = measures::KEEPING_SHARE.value(&cycle.measured, cycle.clock.0);
+            self.keeping.0 += share.map_or(0.0, Value::as_f64);
             self.keeping.1 += 1.0;
-            let shift = reuse.rank_shift_p99;
-            self.rank_shift = Some(self.rank_shift.map_or(shift, |old| old.max(shift)));
         }
+        let shift = cycle.measured.count(&measures::RANK_SHIFT);
+        self.rank_shift = self.rank_shift.max(shift);
     }
 
     /// Time of the kernels of a frame in front of its loss, seconds.
@@ -143,8 +142,8 @@ impl Totals {
     fn add_cycles(&mut self, cycle: &CycleReport) {
         let timing = &cycle.timing;
         self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;
-        let parts = cycle.kernels.map_or([0; KernelPart::ALL.len()], |kernels| kernels.parts);
-        for (sum, cycles) in self.kernel_seconds.iter_mut().zip(parts) {
+        for (sum, part) in self.kernel_seconds.iter_mut().zip(KernelPart::ALL) {
+            let cycles = cycle.measured.count(part.time()).unwrap_or(0);
             *sum += cycles as f64 / cycle.clock.0;
         }
         self.moved_bytes += timing.dram.commands.as_ref().map_or(0, DramCommands::moved_bytes);

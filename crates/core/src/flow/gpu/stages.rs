@@ -1,11 +1,12 @@
 //! The stages of a GPU: its multiprocessors run every kernel; a unit may blend beside them.
 
 use super::{AttachedImpl, AttachedSpec, L2Spec, RopSpec, SmSpec, TrainSpec, WARP};
+use crate::flow::steps;
 use crate::kernel::stream::{reads, writes};
 use crate::machine::Machine;
 use crate::stage::{
-    Bias, DoubleDecl, From, StageDecl, Stall, WaitDecl, buffer, buffer_id, double, omit, part,
-    stage_id, work, work_id,
+    Bias, DoubleDecl, From, StageDecl, Stall, StatDecl, WaitDecl, buffer, buffer_id, counted,
+    double, omit, part, share, stage_id, timed, work, work_id,
 };
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
@@ -62,6 +63,19 @@ pub const SM_DECL: StageDecl = StageDecl {
     parts: &[part("lanes", "Lanes of single precision.", |m| {
         f64::from(m.of_type::<SmSpec>().lanes)
     })],
+    stats: &[
+        &CONVERTING,
+        &PAIRING,
+        &SORTING,
+        &BLENDING,
+        &LAUNCHING,
+        &LIVE_LANES,
+        &L2_HIT_SHARE,
+        &steps::LOSS,
+        &steps::REVERSE,
+        &steps::CHAIN,
+        &steps::UPDATE,
+    ],
     waits: &[
         WaitDecl {
             name: "pass",
@@ -117,6 +131,40 @@ pub const SM_DECL: StageDecl = StageDecl {
          `sm`, `convert`, `pairs`, `radix`, `blend`, `training`.",
     )
 };
+
+/// Time of the conversion.
+pub const CONVERTING: StatDecl =
+    timed("kernels.convert_ms", "Time of the kernel that converts Gaussians.");
+/// Time of the pairs.
+pub const PAIRING: StatDecl =
+    timed("kernels.pairs_ms", "Time of the kernels that count pairs and write them.");
+/// Time of the sort.
+pub const SORTING: StatDecl =
+    timed("kernels.sort_ms", "Time of the kernels that sort pairs and find those of a tile.");
+/// Time of the blending.
+pub const BLENDING: StatDecl = timed("kernels.blend_ms", "Time of the kernel that blends tiles.");
+/// Time without a kernel.
+pub const LAUNCHING: StatDecl = timed("kernels.launch_ms", "Time between kernels.");
+/// Lanes of warps that evaluate an entry.
+pub const SLOTS: StatDecl = counted("kernels.slots", "");
+/// Those of them whose pixel has not stopped.
+pub const LIVE: StatDecl = counted("kernels.live", "");
+const LIVE_LANES: StatDecl = share(
+    "kernels.live_lanes_frac",
+    &LIVE,
+    &[&SLOTS],
+    "Share of the lanes of evaluating warps whose pixel has not stopped, 0 to 1.",
+);
+/// Gaussians that blocks read and find in the L2 cache.
+pub const L2_HITS: StatDecl = counted("kernels.l2_hits", "");
+/// Those that they read from the memory.
+pub const L2_MISSES: StatDecl = counted("kernels.l2_misses", "");
+const L2_HIT_SHARE: StatDecl = share(
+    "kernels.l2_hit_frac",
+    &L2_HITS,
+    &[&L2_HITS, &L2_MISSES],
+    "Share of the Gaussians read by blocks that the L2 cache has, 0 to 1.",
+);
 
 /// A unit that blends beside it.
 pub const ATTACHED_DECL: StageDecl = StageDecl {

@@ -10,12 +10,12 @@ use std::sync::Arc;
 
 use super::{RecordedFrame, RecordedSpec, STREAMS};
 use crate::flow::{FlowOutcome, FrameTask};
-use crate::kernel::calibration::{CalibrationRecorder, Recording, Reference};
+use crate::kernel::calibration::{CalibrationRecorder, Recording};
 use crate::kernel::ledger::{Account, cycles};
 use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, UnitCycles, drive};
-use crate::machine::Machine;
+use crate::machine::{Machine, Reference};
 use crate::stage::{DRAM_READ, DRAM_WRITE, Stall, hardware, stage};
 use powergs_energy::action::{ActionCounts, StageId};
 
@@ -179,7 +179,7 @@ fn through<O: Observer>(
         .collect();
     let mut replay = RunReplay {
         frame,
-        memory: Memory::new(Ranges { end }, &STREAMS, machine, calibration),
+        memory: Memory::new(Ranges { end }, &STREAMS, machine.memory(), calibration),
         events,
         arrivals: vec![Arrival::NOW; requests.len()],
         window: VecDeque::new(),

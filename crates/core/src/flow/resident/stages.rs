@@ -5,6 +5,7 @@ use super::{
     ComposeSpec, Cut, FrontSpec, OrderSpec, RasterSpec, RegionSpec, Resident, StoreSpecs, TailSpec,
     TrainingSpec,
 };
+use crate::flow::steps;
 use crate::kernel::stream::{reads, writes};
 use crate::stage::{
     Bias, From, StageDecl, Stall, WaitDecl, also, buffer, buffer_id, double, omit, part, stage_id,
@@ -159,6 +160,7 @@ pub const RASTER_DECL: StageDecl = StageDecl {
         })
         .may_lack(),
     ],
+    stats: &[&steps::LOSS, &steps::REVERSE, &steps::CHAIN, &steps::UPDATE],
     waits: &[
         WaitDecl {
             name: "tail",

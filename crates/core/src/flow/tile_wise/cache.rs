@@ -2,7 +2,8 @@
 //! ([`workload::cache`](crate::workload::cache)).
 
 use super::CacheSpec;
-use crate::stage::{StageDecl, buffer, buffer_id, part};
+use crate::stage::{Measured, StageDecl, StatDecl, buffer, buffer_id, counted, part, share};
+use crate::workload::cache::CacheReplay;
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::{BufferId, Memory, Phase};
 
@@ -27,6 +28,7 @@ pub const CACHE: StageDecl = StageDecl {
         let tag = TAG_BITS + f64::from(m.of_type::<CacheSpec>().carried_bits());
         f64::from(m.of_type::<CacheSpec>().ways) * tag / TAG_BITS
     })],
+    stats: &[&HITS, &MISSES, &HIT_SHARE],
     ..StageDecl::new(
         "cache",
         "feature cache",
@@ -35,6 +37,21 @@ pub const CACHE: StageDecl = StageDecl {
          `cache`.",
     )
 };
+
+const HITS: StatDecl =
+    counted("cache.hits", "Feature records that were found in the feature cache.");
+const MISSES: StatDecl = counted("cache.misses", "Feature records that had to be read from DRAM.");
+const HIT_SHARE: StatDecl = share(
+    "cache.hit_frac",
+    &HITS,
+    &[&HITS, &MISSES],
+    "Share of the feature records that were found in the feature cache, 0 to 1.",
+);
+
+/// What is reported of the hits in a frame.
+pub fn measured(replay: &CacheReplay) -> Measured {
+    Measured::of(&[(&HITS, replay.hit_loads), (&MISSES, replay.loads - replay.hit_loads)])
+}
 
 /// Bits of the tag of a cached record.
 const TAG_BITS: f64 = 24.0;

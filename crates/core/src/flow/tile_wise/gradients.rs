@@ -19,14 +19,14 @@ use super::layout::AccessPattern;
 use super::resolved::ResolvedUnits;
 use super::vru::{ALPHA, FEATURE};
 use super::{FrameContext, STREAMS, TileWise};
-use crate::flow::steps::{StepPart, SteppedGaussians, TrainingSpec};
+use crate::flow::steps::{self, StepPart, SteppedGaussians, TrainingSpec};
 use crate::kernel::blocks::{BlockMove, BlockStream, MovedBlock};
 use crate::kernel::stream::{StreamId, reads, writes};
 use crate::kernel::{MemoKey, memory};
 use crate::machine::{BufferSpec, Machine, Ports};
 use crate::stage::{
-    Bias, StageDecl, buffer, buffer_id, double, omit, part, sram_read, sram_write, stage_id, work,
-    work_id,
+    Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, double, omit, part, share,
+    sram_read, sram_write, stage_id, work, work_id,
 };
 use crate::workload::cache::{CacheShape, SumCache};
 use crate::workload::order::{TileOrder, tiles};
@@ -149,6 +149,7 @@ pub const GRADIENTS: StageDecl = StageDecl {
             m.of_type::<GradientsSpec>().ways.into()
         }),
     ],
+    stats: &[&steps::LOSS, &steps::REVERSE, &steps::CHAIN, &steps::UPDATE, &SUM_HITS],
     also_waits: &["features"],
     after: Some("vru"),
     input: "tiles from rendering units",
@@ -285,11 +286,23 @@ impl GradientsSpec {
     }
 }
 
+/// Additions to sums in the cache.
+pub const ADDITIONS: StatDecl = counted("step.additions", "");
+/// Those of them whose sum it has.
+pub const FOUND_SUMS: StatDecl = counted("step.found_sums", "");
+const SUM_HITS: StatDecl = share(
+    "step.sum_hit_frac",
+    &FOUND_SUMS,
+    &[&ADDITIONS],
+    "Share of the additions to sums of Gaussians whose sum is in the cache, 0 to 1.",
+);
+
 impl FrameSums {
-    /// Additions, and those of them whose sum the cache has.
-    pub fn found(&self) -> [u64; 2] {
+    /// What is reported of additions, and of those of them whose sum the cache has.
+    pub fn measured(&self) -> Measured {
         let additions: u64 = self.tiles.iter().map(|tile| tile.met).sum();
-        [additions, additions - self.moved[0].len() as u64]
+        let found = additions - self.moved[0].len() as u64;
+        Measured::of(&[(&ADDITIONS, additions), (&FOUND_SUMS, found)])
     }
 
     /// Adds up a frame, tiles in the order of the schedule, each from the back.
@@ -358,7 +371,7 @@ impl GradientUnits {
         (m.training.interval > 0).then(|| GradientUnits {
             training: m.training.clone(),
             spec: m.gradients.clone(),
-            answer: memory::answers_in(machine),
+            answer: memory::answers_in(&machine.memory()),
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Lists of tiles: what their making declares. How pairs get into them is measured outside of time
 //! ([`workload::binning`](crate::workload::binning)); CCUs do it.
 
+use super::measures;
 use super::{BinningSpec, CcuSpec, ScheduleSpec};
 use crate::flow::tile_wise::{BinningImpl, Overlap};
 use crate::machine::{BufferSpec, Machine};
@@ -17,6 +18,7 @@ pub const LISTS: StageDecl = StageDecl {
         })
         .full(),
     ],
+    stats: &measures::STATS,
     omits: &[
         omit(
             "how pairs get from the order of the CCUs into the lists of tiles",

@@ -46,8 +46,7 @@ mod render;
 
 use std::ops::Range;
 
-use crate::flow::StepSummary;
-use crate::flow::steps::StepPart;
+use crate::flow::steps::{StepCycles, StepPart};
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::STREAMS;
 use crate::flow::tile_wise::batch::{Batches, Pass};
@@ -80,6 +79,7 @@ use crate::kernel::traffic::Traffic;
 use crate::kernel::unit::Unit;
 use crate::kernel::{self, BufferUse, FrameTiming, Histogram, drive};
 use crate::machine::Machine;
+use crate::stage::Measured;
 use crate::workload::FrameWorkload;
 use powergs_energy::action::ActionCounts;
 
@@ -298,7 +298,7 @@ pub struct Outcome {
     /// DRAM bytes, speculation included.
     pub traffic: Traffic,
     /// What follows the frame, where it is trained on.
-    pub step: Option<StepSummary>,
+    pub step: Measured,
     /// Actions of speculative work that was not used.
     pub speculation: ActionCounts,
     /// Whether unit rules from outside of the crate kept to their contract.
@@ -320,7 +320,7 @@ pub(crate) fn run<O: Observer>(
     let overlap = machine.tiles().schedule.overlap;
     let work = GradientWork::new(workload, units, &context);
     let layout = Layout::new(workload, units, plan, &context);
-    let memory = TileMemory::new(layout, &STREAMS, machine, context.calibration);
+    let memory = TileMemory::new(layout, &STREAMS, machine.memory(), context.calibration);
     let mut shared = Shared {
         units,
         workload,
@@ -375,16 +375,15 @@ pub(crate) fn run<O: Observer>(
     };
     let known = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
     let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end.max(known), u64::max);
-    let (mut end, mut step) = (frame, None);
+    let (mut end, mut step) = (frame, Measured::default());
     if agents.work.is_some() {
         agents.account(frame, shared.observer);
         let ends = gradient_stage::follow(&mut agents, frame, &mut shared);
-        let sums = match (machine.tiles().gradients.has_cache(), context.sums) {
-            (true, Some(sums)) => sums.found(),
-            _ => [0; 2],
-        };
         end = ends[StepPart::Update as usize];
-        step = Some(StepSummary { sums, ..StepSummary::between(frame, ends) });
+        step = StepCycles::between(frame, ends).measured();
+        if let (true, Some(sums)) = (machine.tiles().gradients.has_cache(), context.sums) {
+            step.extend(sums.measured());
+        }
     }
     let shared = finish(&mut agents, end, shared);
     Outcome { step, ..outcome(&agents, preprocessing_end, end, shared) }
@@ -452,7 +451,7 @@ fn outcome<O: Observer>(
     let traffic = shared.memory.traffic();
     let recording = if shared.observer.wants_times() { shared.memory.recording() } else { None };
     let rule_check = shared.rule_check;
-    Outcome { timing, traffic, step: None, speculation, rule_check, recording }
+    Outcome { timing, traffic, step: Measured::default(), speculation, rule_check, recording }
 }
 
 /// Units of all kinds in the machine.

@@ -16,11 +16,12 @@ mod cache;
 mod warp;
 
 use super::{PixelSource, PixelsSpec, SamplePattern};
-use crate::flow::{History, Incompatible, PixelSummary};
+use crate::flow::{History, Incompatible};
 use crate::kernel::blocks::MovedBlock;
 use crate::machine::{BufferSpec, Machine, Ports};
 use crate::stage::{
-    Bias, StageDecl, buffer, buffer_id, omit, part, sram_read, sram_write, stage_id, work, work_id,
+    Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, omit, part, share, sram_read,
+    sram_write, stage_id, work, work_id,
 };
 use crate::workload::blend::TileBlend;
 use crate::workload::{FrameWorkload, STORAGE_BLOCK, TileList};
@@ -63,6 +64,7 @@ pub const PIXELS: StageDecl = StageDecl {
         ),
     ],
     parts: &[part("rate", "Pixels a cycle: `pixels.per-cycle`.", rate)],
+    stats: &[&RENDERED, &WARPED, &FILLED, &LOOKED_UP, &KNOWN_SHARE],
     also_waits: &["features"],
     omits: &[
         omit("a depth for each pixel, which rendering units find", Bias::Optimistic, "A141")
@@ -79,6 +81,79 @@ pub const PIXELS: StageDecl = StageDecl {
          first Gaussians that they blend. Keys: `pixels`.",
     )
 };
+
+const ALL_PIXELS: StatDecl = counted("pixels.all", "");
+/// Pixels that are rendered.
+pub const RENDERED_PIXELS: StatDecl = counted("pixels.rendered", "");
+const TAKEN_PIXELS: StatDecl = counted("pixels.warped", "");
+const FILLED_PIXELS: StatDecl = counted("pixels.filled", "");
+const LOOKUPS: StatDecl = counted("pixels.looked_up", "");
+const HITS: StatDecl = counted("pixels.known", "");
+
+/// Share of the pixels that are rendered.
+pub const RENDERED: StatDecl = share(
+    "pixels.rendered_frac",
+    &RENDERED_PIXELS,
+    &[&ALL_PIXELS],
+    "Share of the pixels that are rendered, 0 to 1, where not all are.",
+);
+const WARPED: StatDecl = share(
+    "pixels.warped_frac",
+    &TAKEN_PIXELS,
+    &[&ALL_PIXELS],
+    "Share of the pixels that are moved from the frame before, 0 to 1.",
+);
+const FILLED: StatDecl = share(
+    "pixels.filled_frac",
+    &FILLED_PIXELS,
+    &[&ALL_PIXELS],
+    "Share of the pixels that are filled in from their neighbours, 0 to 1.",
+);
+const LOOKED_UP: StatDecl = share(
+    "pixels.looked_up_frac",
+    &LOOKUPS,
+    &[&ALL_PIXELS],
+    "Share of the pixels that look up the first Gaussians that they blend, 0 to 1.",
+);
+/// Share of those that look up their first Gaussians whose colour is known by them.
+pub const KNOWN_SHARE: StatDecl = share(
+    "pixels.known_frac",
+    &HITS,
+    &[&LOOKUPS],
+    "Share of these whose colour is known by them, 0 to 1.",
+);
+
+/// Where the pixels of a frame come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PixelSummary {
+    /// Pixels of the image.
+    pub pixels: u64,
+    /// Those that are rendered.
+    pub rendered: u64,
+    /// Those that are moved from the frame before.
+    pub taken: u64,
+    /// Those that are filled in from their neighbours.
+    pub filled: u64,
+    /// Pixels that look up their first Gaussians.
+    pub lookups: u64,
+    /// Those whose colour is known by them.
+    pub hits: u64,
+}
+
+impl PixelSummary {
+    /// As it is reported.
+    pub fn measured(&self) -> Measured {
+        let PixelSummary { pixels, rendered, taken, filled, lookups, hits } = *self;
+        Measured::of(&[
+            (&ALL_PIXELS, pixels),
+            (&RENDERED_PIXELS, rendered),
+            (&TAKEN_PIXELS, taken),
+            (&FILLED_PIXELS, filled),
+            (&LOOKUPS, lookups),
+            (&HITS, hits),
+        ])
+    }
+}
 
 fn rate(m: &Machine) -> f64 {
     f64::from(m.of_type::<PixelsSpec>().per_cycle)

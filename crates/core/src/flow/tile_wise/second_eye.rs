@@ -9,7 +9,6 @@
 use rayon::prelude::*;
 
 use super::lanes::LaneMap;
-use crate::flow::StereoSummary;
 use crate::workload::{FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TileList};
 use powergs_frame::splat::pixel::PixelAlpha;
 use powergs_frame::splat::{ALPHA_MIN, Splat};
@@ -34,6 +33,45 @@ pub struct FirstView {
     entries: Vec<u32>,
     /// The sub-tiles of each in which it does.
     bits: Vec<u8>,
+}
+
+/// What a second view that is made of the first one has of its own lists.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StereoSummary {
+    /// (Splat, tile) pairs that the first view handed on.
+    pub handed_on: u64,
+    /// Entries that the lists of the second view would have.
+    pub entries: u64,
+    /// Those that they have.
+    pub kept: u64,
+    /// Blends of the second view.
+    pub blends: u64,
+    /// Those that it loses, because their splats were not handed on.
+    pub lost_blends: u64,
+    /// Pixels of the second view.
+    pub pixels: u64,
+    /// Those whose colour may be another one by a step of eight bits or more: the weights of what
+    /// is lost add up to 1/255.
+    pub changed_pixels: u64,
+    /// The same for what is lost because its disparity is beyond the largest.
+    pub cut_off_pixels: u64,
+    /// The largest disparity of a splat that was handed on, pixels.
+    pub largest_disparity: f32,
+}
+
+impl StereoSummary {
+    /// Adds a part of a view, or another pair.
+    pub fn add(&mut self, other: &StereoSummary) {
+        self.handed_on += other.handed_on;
+        self.entries += other.entries;
+        self.kept += other.kept;
+        self.blends += other.blends;
+        self.lost_blends += other.lost_blends;
+        self.pixels += other.pixels;
+        self.changed_pixels += other.changed_pixels;
+        self.cut_off_pixels += other.cut_off_pixels;
+        self.largest_disparity = self.largest_disparity.max(other.largest_disparity);
+    }
 }
 
 /// Why a second view cannot be made of the first one.

@@ -6,12 +6,13 @@
 //! lists of the second eye. Nothing of it is converted, sorted or read from DRAM. With `shared` a
 //! Gaussian is converted once for both eyes.
 
-use super::second_eye::{FirstView, NoSecond, derived, shared};
+use super::second_eye::{FirstView, NoSecond, StereoSummary, derived, shared};
 use super::{StereoImpl, StereoSpec, TileWise, VruSpec};
-use crate::flow::{History, Incompatible, StereoSummary};
+use crate::flow::{History, Incompatible};
 use crate::machine::Machine;
 use crate::stage::{
-    Bias, StageDecl, buffer, buffer_id, omit, part, sram_read, sram_write, work, work_id,
+    Bias, Measured, Merge, StageDecl, StatDecl, Value, buffer, buffer_id, counted, omit, part,
+    real, share, sram_read, sram_write, work, work_id,
 };
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
@@ -42,6 +43,15 @@ pub const STEREO: StageDecl = StageDecl {
     parts: &[part("rows", "Rows that are merged: `stereo.lag`.", |m| {
         f64::from(m.of_type::<StereoSpec>().lag)
     })],
+    stats: &[
+        &HANDED_ON,
+        &KEPT,
+        &KEPT_SHARE,
+        &LOST_SHARE,
+        &CHANGED_SHARE,
+        &CUT_OFF_SHARE,
+        &DISPARITY,
+    ],
     omits: &[omit("a buffer between the eyes that is full", Bias::Optimistic, "A132")
         .by("stereo.impl = \"derived\"", is_derived)],
     behind: &["A132"],
@@ -54,6 +64,77 @@ pub const STEREO: StageDecl = StageDecl {
     )
 };
 
+/// A count of the second view of a pair alone.
+const fn of_second(name: &'static str, means: &'static str) -> StatDecl {
+    counted(name, means).merged(Merge::Second)
+}
+
+const HANDED_ON: StatDecl = of_second(
+    "stereo.handed_on",
+    "Pairs of splats and tiles that the first eye handed on to the second one.",
+);
+const KEPT: StatDecl =
+    of_second("stereo.kept", "Entries of the lists of the second eye, which are made of these.");
+const ENTRIES: StatDecl = of_second("stereo.entries", "");
+const BLENDS: StatDecl = of_second("stereo.blends", "");
+const LOST: StatDecl = of_second("stereo.lost_blends", "");
+const PIXELS: StatDecl = of_second("stereo.pixels", "");
+const CHANGED: StatDecl = of_second("stereo.changed_pixels", "");
+const CUT_OFF: StatDecl = of_second("stereo.cut_off_pixels", "");
+
+/// Share of the entries of its own lists that the second eye needs.
+pub const KEPT_SHARE: StatDecl = share(
+    "stereo.kept_frac",
+    &KEPT,
+    &[&ENTRIES],
+    "Share of the entries of its own lists that the second eye needs, 0 to 1.",
+);
+const LOST_SHARE: StatDecl = share(
+    "stereo.lost_blends_frac",
+    &LOST,
+    &[&BLENDS],
+    "Share of the blends of the second eye that it loses, because their splats blend nowhere under \
+     them in the first eye, 0 to 1.",
+);
+/// Share of the pixels of the second eye that may change.
+pub const CHANGED_SHARE: StatDecl = share(
+    "stereo.changed_pixels_frac",
+    &CHANGED,
+    &[&PIXELS],
+    "Share of the pixels of the second eye whose colour may change by a step of eight bits or more \
+     by that, 0 to 1: the weights of what is lost add up to 1/255.",
+);
+/// The part of them that changes because disparities are beyond the largest.
+pub const CUT_OFF_SHARE: StatDecl = share(
+    "stereo.cut_off_pixels_frac",
+    &CUT_OFF,
+    &[&PIXELS],
+    "The part of them that changes because disparities are beyond `stereo.lag`, 0 to 1.",
+);
+const DISPARITY: StatDecl = real(
+    "stereo.largest_disparity",
+    Merge::Second,
+    "Largest disparity of a splat that was handed on, in pixels.",
+);
+
+impl StereoSummary {
+    /// As it is reported.
+    pub fn measured(&self) -> Measured {
+        let mut measured = Measured::of(&[
+            (&HANDED_ON, self.handed_on),
+            (&KEPT, self.kept),
+            (&ENTRIES, self.entries),
+            (&BLENDS, self.blends),
+            (&LOST, self.lost_blends),
+            (&PIXELS, self.pixels),
+            (&CHANGED, self.changed_pixels),
+            (&CUT_OFF, self.cut_off_pixels),
+        ]);
+        measured.set(&DISPARITY, Value::Real(f64::from(self.largest_disparity)));
+        measured
+    }
+}
+
 fn is_derived(m: &Machine) -> bool {
     m.of_type::<StereoSpec>().implementation == StereoImpl::Derived
 }
@@ -65,7 +146,7 @@ const RECORDS: BufferId = buffer_id("between_eyes");
 
 /// The share of the pixels of a second view that may change because disparities are beyond the
 /// largest: below it Nebula's eyes differ.
-const CUT_OFF: f64 = 0.01;
+const CUT_OFF_MOST: f64 = 0.01;
 
 /// What a frame of a pair is handed.
 #[derive(Debug)]
@@ -127,7 +208,7 @@ impl EyeWork {
         };
         match made {
             Err(why) => EyeWork::Refused(Refusal::NoPair(why)),
-            Ok((_, Some(summary))) if summary.cut_off() > CUT_OFF => {
+            Ok((_, Some(summary))) if summary.cut_off() > CUT_OFF_MOST => {
                 EyeWork::Refused(Refusal::CutOff(summary))
             }
             Ok((made, summary)) => EyeWork::Second(Box::new(made), summary),

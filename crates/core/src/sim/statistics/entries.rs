@@ -1,6 +1,5 @@
 //! The entries of the catalogue, group by group.
 
-mod checks;
 mod cost;
 mod fovea;
 mod machine;
@@ -9,7 +8,7 @@ mod memory;
 use super::{Key, Kind, Statistic, Value, Weight};
 use crate::flow::{self, Dataflow};
 use crate::sim::{FrameReport, StageBytes};
-use crate::stage::stage;
+use crate::stage::{stage, stages};
 use powergs_energy::action::{Phase, StageId};
 use powergs_frame::splat::Counters;
 
@@ -25,13 +24,7 @@ pub(super) fn all() -> Vec<Statistic> {
     machine::tiles(&mut list);
     memory::dram(&mut list);
     memory::buffers(&mut list);
-    checks::order(&mut list);
-    checks::cache(&mut list);
-    checks::stereo(&mut list);
-    checks::reuse(&mut list);
-    checks::pixels(&mut list);
-    checks::kernels(&mut list);
-    checks::step(&mut list);
+    measured(&mut list);
     fovea::fovea(&mut list);
     machine::actions(&mut list);
     list
@@ -96,6 +89,30 @@ fn of_stages(statistics: &mut [Statistic], stages: impl IntoIterator<Item = Stag
     let has = |flow: &&'static dyn Dataflow| flow.stages().iter().any(|s| keys.contains(&s.key));
     let flows: Vec<&str> = flow::all().filter(has).map(|flow| flow.key()).collect();
     statistics.iter_mut().for_each(|statistic| statistic.flows.clone_from(&flows));
+}
+
+/// What stages measure, each number once: flows may have it in common.
+fn measured(list: &mut List) {
+    for stat in stages().iter().flat_map(|stage| stage.stats).filter(|stat| stat.is_shown()) {
+        if list.iter().any(|known| known.name == stat.name) {
+            continue;
+        }
+        let has = |flow: &&'static dyn Dataflow| {
+            flow.stages().iter().any(|stage| stage.stats.contains(stat))
+        };
+        list.push(Statistic {
+            name: stat.name.into(),
+            unit: stat.unit,
+            definition: stat.means.into(),
+            kind: if stat.is_count() { Kind::Count } else { Kind::Real },
+            weight: Weight::Frame,
+            flows: flow::all().filter(has).map(|flow| flow.key()).collect(),
+            read: Box::new(move |frame, _| {
+                let cycle = frame.cycle()?;
+                stat.value(&cycle.measured, cycle.clock.0)
+            }),
+        });
+    }
 }
 
 fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {

@@ -1,8 +1,7 @@
 //! The statistics that conclusions are drawn from, as typed keys: the catalogue has their names
 //! from here, so that nobody can ask for a number that no run has.
 
-use crate::flow::steps::StepPart;
-use crate::stage::{Stall, hardware, stage};
+use crate::stage::{Stall, StatDecl, hardware, stage};
 use powergs_energy::Component;
 use powergs_energy::action::{BufferId, Phase, StageId};
 use powergs_frame::fovea::REGIONS;
@@ -74,18 +73,8 @@ pub enum Key {
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
     RowHits,
-    /// Time of a part of a step of training, milliseconds.
-    Step(StepPart),
-    /// Share of the pixels that are rendered, 0 to 1, where not all are.
-    PixelsRendered,
-    /// Share of the pixels that look up their first Gaussians and are known by them, 0 to 1.
-    PixelsKnown,
-    /// Share of the entries of its own lists that the second eye of a pair needs, 0 to 1.
-    SecondEyeKept,
-    /// Share of the pixels of the second eye that may change, 0 to 1.
-    SecondEyeChanged,
-    /// The part of them that changes because disparities are beyond the largest, 0 to 1.
-    SecondEyeCutOff,
+    /// What a stage measures.
+    Stat(&'static StatDecl),
     /// Bursts read by a stage that works.
     BurstsRead(Phase),
     /// Bursts written by a stage that works.
@@ -173,12 +162,7 @@ impl Key {
             Key::SecondMasterRate => "dram.second_master_gb_s".into(),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
-            Key::Step(part) => format!("step.{}_ms", part.name()),
-            Key::PixelsRendered => "pixels.rendered_frac".into(),
-            Key::PixelsKnown => "pixels.known_frac".into(),
-            Key::SecondEyeKept => "stereo.kept_frac".into(),
-            Key::SecondEyeChanged => "stereo.changed_pixels_frac".into(),
-            Key::SecondEyeCutOff => "stereo.cut_off_pixels_frac".into(),
+            Key::Stat(stat) => stat.name.into(),
         }
     }
 }

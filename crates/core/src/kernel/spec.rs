@@ -1,10 +1,12 @@
-//! The tables that machines of every dataflow have, and what their tables are made of.
+//! The tables of memories: buffers on the chip, and the memory outside of it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
+use powergs_dram::Device;
 use powergs_dram::device::Order;
+use powergs_energy::action::Memory;
 
 /// One on-chip buffer.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -30,24 +32,6 @@ pub enum Ports {
     /// One read and one write.
     #[serde(rename = "1r1w")]
     ReadAndWrite,
-}
-
-/// The `[gating]` table: power gating; without it there is none.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub struct GatingSpec {
-    /// Whether units without work are switched off.
-    pub units: bool,
-    /// Share of its leakage that a unit keeps when it is switched off, 0 to 1.
-    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
-    pub residual: f64,
-}
-
-impl Default for GatingSpec {
-    /// None; what is left where units are switched off (A38).
-    fn default() -> GatingSpec {
-        GatingSpec { units: false, residual: 0.1 }
-    }
 }
 
 /// How DRAM requests are timed.
@@ -170,4 +154,45 @@ pub enum AccessOrder {
     Stream,
     /// Anywhere.
     Random,
+}
+
+impl BufferSpec {
+    /// How it is built for so many CCUs or cores: each has its own share, cut into `banks` banks
+    /// (A13).
+    pub fn shared(&self, owners: u32) -> Memory {
+        Memory {
+            bank: Bytes(self.capacity.0 / (u64::from(owners) * u64::from(self.banks)).max(1)),
+            banks: owners.saturating_mul(self.banks),
+            word: self.word,
+            two_ports: self.ports == Ports::ReadAndWrite,
+        }
+    }
+}
+
+/// External memory as a frame meets it: its table, with what other files and the machine say of it.
+#[derive(Debug, Clone, Copy)]
+pub struct External<'a> {
+    /// The table.
+    pub spec: &'a DramSpec,
+    /// The device; `None` where it has not been looked up, or there is only a rate.
+    pub device: Option<&'a Device>,
+    /// Peak rate.
+    pub peak: BytesPerSecond,
+    /// Clock of the units that ask.
+    pub clock: Hertz,
+}
+
+impl<'a> External<'a> {
+    /// The device that a model needs.
+    ///
+    /// # Panics
+    /// When it was never looked up.
+    pub(crate) fn timed_device(&self) -> &'a Device {
+        self.device.expect("a machine is linked to its DRAM device")
+    }
+
+    /// Share of it that the second master takes in the `bandwidth` model, 0 to 1.
+    pub(crate) fn second_master_share(&self) -> f64 {
+        self.spec.second_master.share(self.peak.0)
+    }
 }
