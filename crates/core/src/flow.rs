@@ -18,8 +18,8 @@ use toml::de::DeTable;
 
 use crate::kernel::timeline::Observer;
 use crate::kernel::{Halt, Memo};
-use crate::machine::check::Contradiction;
-use crate::machine::{Machine, Optional};
+use crate::machine::check::Found;
+use crate::machine::{Machine, optional};
 use crate::stage::{self, RegisterError, StageDecl};
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::Budget;
@@ -64,15 +64,8 @@ pub trait Dataflow: Sync {
     /// Its tables in a machine file.
     fn tables(&self) -> TablesDecl;
 
-    /// Parts that its machines may not have.
-    fn optional(&self) -> &'static [Optional] {
-        &[]
-    }
-
-    /// Keys of a machine that contradict each other.
-    fn contradictions(&self, _machine: &Machine) -> Vec<Contradiction> {
-        Vec::new()
-    }
+    /// Adds what is wrong with keys of a machine that no stage has to itself.
+    fn check(&self, _machine: &Machine, _found: &mut Found) {}
 
     /// What a machine is built of: where its stages do not say it, its tables do.
     fn inventory(&self, machine: &Machine) -> Inventory {
@@ -115,9 +108,12 @@ pub trait Dataflow: Sync {
         None
     }
 
-    /// Everything in its tables that decides timing, as bytes.
+    /// Everything in its tables that decides timing, as bytes: keys of parts that are not there are
+    /// left out.
     fn timing(&self, machine: &Machine) -> Vec<u8> {
-        let all = (machine.clock, machine.tables.to_toml());
+        let mut tables = machine.tables.to_toml();
+        optional::leave_out(&mut tables, machine);
+        let all = (machine.clock, tables);
         serde_json::to_vec(&all).expect("a machine has only tables, numbers and strings")
     }
 

@@ -21,12 +21,14 @@ use powergs_dram::device::Order;
 use powergs_energy::action::{Inventory, Memory};
 
 pub mod check;
-mod optional;
+mod exclusion;
+pub(crate) mod optional;
 mod reference;
 
 pub use crate::kernel::spec::{
     AccessOrder, BufferSpec, DramModel, DramSpec, External, NO_DEVICE, Ports, SecondMasterSpec,
 };
+pub use exclusion::{Exclusion, Setting};
 pub use optional::Optional;
 pub use reference::Reference;
 
@@ -235,31 +237,26 @@ fn together(text: &str, sets: &[String], problems: &[check::Contradiction]) -> V
     if fixed.is_empty() {
         return Vec::new();
     }
-    let remedies = |problems: &[check::Contradiction]| -> Option<Vec<(String, String)>> {
-        let remedies = problems.iter().map(|p| p.remedy.clone());
-        remedies.map(|r| r.map(|(key, value)| (key.to_owned(), value))).collect()
-    };
     let mut added: Vec<String> = Vec::new();
-    let mut wanted = remedies(problems);
+    let mut problems = problems.to_vec();
     for _ in 0..REMEDY_ROUNDS {
-        for (key, value) in wanted.take().unwrap_or_default() {
-            let set = format!("{key}={value}");
-            if !added.contains(&set) {
-                if !fixed.insert(key) {
-                    return Vec::new();
-                }
-                added.push(set);
+        for problem in &problems {
+            let all = problem.remedies.iter().map(|(key, value)| (*key, format!("{key}={value}")));
+            if all.clone().any(|(_, set)| added.contains(&set)) {
+                continue;
             }
+            // What was asked for stays.
+            let Some((key, set)) = all.clone().find(|(key, _)| !fixed.contains(*key)) else {
+                return Vec::new();
+            };
+            fixed.insert(key.to_owned());
+            added.push(set);
         }
         let all = [sets, &added[..]].concat();
         let Ok(config) = config::parse::<Machine>(text, &all) else { return Vec::new() };
-        let problems = check::problems(&config.value);
+        problems = check::problems(&config.value);
         if problems.is_empty() {
             return added;
-        }
-        wanted = remedies(&problems);
-        if wanted.is_none() {
-            return Vec::new();
         }
     }
     Vec::new()
@@ -521,6 +518,11 @@ impl Machine {
             units: all().map(|(s, _)| s.count(self)).collect(),
             parts: parts.map(|(p, has)| if has { (p.amount)(self) } else { 0.0 }).collect(),
         }
+    }
+
+    /// Keys of it that contradict each other: none of a machine that was read.
+    pub fn contradictions(&self) -> Vec<check::Contradiction> {
+        check::problems(self)
     }
 
     /// Whether its dataflow has a stage.

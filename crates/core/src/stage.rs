@@ -12,7 +12,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::flow::FLOWS;
 use crate::kernel::stream::{StreamDecl, Streams, same};
-use crate::machine::{DramModel, Machine};
+use crate::machine::check::Found;
+use crate::machine::{DramModel, Exclusion, Machine, Optional};
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 use powergs_energy::hardware::{
     BufferFacts, Catalogue, Declared, PartFacts, StageFacts, Unpriced, WorkFacts,
@@ -70,6 +71,12 @@ pub struct StageDecl {
     pub omits: &'static [OmitDecl],
     /// Assumptions behind its speed.
     pub behind: &'static [&'static str],
+    /// Parts and choices of it that machines may be without.
+    pub optional: &'static [Optional],
+    /// What its choices exclude.
+    pub excludes: &'static [Exclusion],
+    /// Adds what else of its keys does not fit together.
+    pub check: Option<fn(&Machine, &mut Found)>,
 }
 
 impl StageDecl {
@@ -103,6 +110,9 @@ impl StageDecl {
             doubles: &[],
             omits: &[],
             behind: &[],
+            optional: &[],
+            excludes: &[],
+            check: None,
         }
     }
 

@@ -11,6 +11,8 @@ use super::format::{engineering_like, percent};
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
 use powergs_base::format::counted;
+use powergs_core::machine::{Exclusion, Setting};
+use powergs_core::stage::stages;
 use powergs_energy::Component;
 use powergs_study::findings::limits::{Effect, Mattered, Why, not_modelled, ways};
 use powergs_study::findings::prices::PriceBars;
@@ -163,8 +165,37 @@ pub fn page() -> String {
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
         [e.what.into(), way(e).into(), see.into(), Cell::from(machines)]
     };
-    format!("{PAGE}{}", Table::new(columns).rows(not_modelled().iter().map(row)).markdown())
+    let effects = Table::new(columns).rows(not_modelled().iter().map(row)).markdown();
+    let columns = ["choice", "excludes", "because"].map(Column::text);
+    let all = stages().iter().flat_map(|stage| stage.excludes);
+    let row = |exclusion: &Exclusion| {
+        let both = [exclusion.choice, exclusion.other].map(setting);
+        both.map(|words| Cell::from(Text::marked(&words)))
+            .into_iter()
+            .chain([exclusion.because.into()])
+    };
+    format!("{PAGE}{effects}{EXCLUSIONS}{}", Table::new(columns).rows(all.map(row)).markdown())
 }
+
+/// Values of a key, in words.
+fn setting(setting: Setting) -> String {
+    let any = |values: &[&str]| {
+        let values: Vec<String> = values.iter().map(|value| format!("`{value}`")).collect();
+        values.join(" or ")
+    };
+    match setting {
+        Setting::Is(key, values) => format!("`{key}` = {}", any(values)),
+        Setting::Not(key, values) => format!("`{key}` other than {}", any(values)),
+        Setting::Unlike(key, second) => format!("`{key}` other than `{second}`"),
+    }
+}
+
+const EXCLUSIONS: &str = "
+# What excludes what
+
+A machine that has both is refused, with the values that would end it.
+
+";
 
 const PAGE: &str = "\
 # What is not modelled

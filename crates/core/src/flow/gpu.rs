@@ -26,7 +26,6 @@ pub mod attached;
 pub mod blocks;
 pub mod cache;
 mod check;
-mod optional;
 pub mod rops;
 mod stages;
 mod tables;
@@ -47,8 +46,8 @@ use crate::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::{Observer, State};
 use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
-use crate::machine::check::Contradiction;
-use crate::machine::{Machine, Optional, Reference};
+use crate::machine::check::Found;
+use crate::machine::{Machine, Reference};
 use crate::stage::{
     DRAM_READ, DRAM_WRITE, Measured, StageDecl, Stall, StatDecl, Value, sram_read, sram_write,
     streams,
@@ -108,16 +107,12 @@ impl Dataflow for GpuFlow {
         TablesDecl::of::<Gpu>()
     }
 
-    fn optional(&self) -> &'static [Optional] {
-        &optional::OPTIONAL
-    }
-
     fn trains(&self, machine: &Machine) -> bool {
         machine.gpu().training.trains()
     }
 
-    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
-        check::problems(machine)
+    fn check(&self, machine: &Machine, found: &mut Found) {
+        check::check(machine, found);
     }
 
     fn memory_rate(&self, machine: &Machine) -> Option<BytesPerSecond> {

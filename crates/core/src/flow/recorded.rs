@@ -23,7 +23,7 @@ use super::{
 };
 use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
-use crate::machine::check::{Contradiction, Found, SIZE_MAX};
+use crate::machine::check::{Found, SIZE_MAX};
 use crate::machine::{BufferSpec, Machine};
 use crate::stage::{Bias, StageDecl, hardware, omit, streams, work};
 use crate::workload::demand::Unbinnable;
@@ -109,8 +109,8 @@ impl Dataflow for RecordedFlow {
         true
     }
 
-    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
-        let (spec, mut found) = (machine.of_type::<RecordedSpec>(), Found::default());
+    fn check(&self, machine: &Machine, found: &mut Found) {
+        let spec = machine.of_type::<RecordedSpec>();
         let units: Vec<&str> = hardware().units().map(|(_, unit)| unit.key).collect();
         if spec.units.is_empty() {
             let message = format!(
@@ -161,7 +161,6 @@ impl Dataflow for RecordedFlow {
                 found.add("recorded.buffers", message);
             }
         }
-        found.all()
     }
 
     fn inventory(&self, machine: &Machine) -> Inventory {

@@ -20,7 +20,6 @@ mod check;
 mod engine;
 mod front;
 pub mod layout;
-mod optional;
 mod order;
 pub mod stages;
 mod tables;
@@ -40,8 +39,8 @@ use crate::kernel::memory::{Arrival, Memory, Request};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
 use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
-use crate::machine::check::Contradiction;
-use crate::machine::{BufferSpec, Machine, Optional, Reference};
+use crate::machine::check::Found;
+use crate::machine::{BufferSpec, Machine, Reference};
 use crate::stage::{
     DRAM_READ, DRAM_WRITE, Measured, StageDecl, sram_read, sram_write, streams, work_id,
 };
@@ -132,16 +131,12 @@ impl Dataflow for ResidentFlow {
         TablesDecl::of::<Resident>()
     }
 
-    fn optional(&self) -> &'static [Optional] {
-        &optional::OPTIONAL
-    }
-
     fn trains(&self, machine: &Machine) -> bool {
         machine.resident().training.interval > 0
     }
 
-    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
-        check::problems(machine.resident())
+    fn check(&self, machine: &Machine, found: &mut Found) {
+        check::check(machine.resident(), found);
     }
 
     fn record(&self) -> Option<RecordKeys> {

@@ -13,12 +13,12 @@ pub mod ccu;
 mod check;
 pub mod colour;
 pub mod gradients;
+mod gsu;
 pub mod kept_order;
 pub mod lanes;
 pub mod layout;
 pub mod lists;
 pub mod measures;
-mod optional;
 pub mod pipeline;
 pub mod pixels;
 pub mod qsu;
@@ -45,8 +45,8 @@ use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use crate::kernel::{Calibration, FrameTiming, Halt, Memo};
-use crate::machine::check::Contradiction;
-use crate::machine::{Machine, Optional, Reference};
+use crate::machine::check::Found;
+use crate::machine::{Machine, Reference};
 use crate::stage::{Measured, StageDecl, streams};
 use crate::workload::binning::ListWrites;
 use crate::workload::demand::{Unbinnable, demand};
@@ -130,12 +130,8 @@ impl Dataflow for TileWiseFlow {
         TablesDecl { schema, ..TablesDecl::of::<TileWise>() }
     }
 
-    fn optional(&self) -> &'static [Optional] {
-        &optional::OPTIONAL
-    }
-
-    fn contradictions(&self, machine: &Machine) -> Vec<Contradiction> {
-        check::problems(machine.tiles())
+    fn check(&self, machine: &Machine, found: &mut Found) {
+        check::check(machine.tiles(), found);
     }
 
     fn record(&self) -> Option<RecordKeys> {
@@ -147,12 +143,6 @@ impl Dataflow for TileWiseFlow {
             extra: Some("record.colour-extra"),
             codebook: Some("codebook"),
         })
-    }
-
-    /// Keys that cannot move anything are left out: those of a cache that is not there
-    /// (`inert.toml`).
-    fn timing(&self, machine: &Machine) -> Vec<u8> {
-        machine.tiles().timing(machine.clock)
     }
 
     fn numbers(&self, machine: &Machine) -> Option<NumberFormat> {

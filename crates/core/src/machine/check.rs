@@ -1,7 +1,7 @@
 //! Consistency of the keys of a machine file: those that all machines have, then those of the
 //! dataflow.
 
-use super::{DramModel, Machine, NO_DEVICE};
+use super::{DramModel, Machine, NO_DEVICE, exclusion};
 use powergs_base::quantity::Bytes;
 
 /// The largest buffer or record that is believed: 1 GiB.
@@ -20,8 +20,9 @@ pub struct Contradiction {
     pub key: &'static str,
     /// What is wrong and what to do.
     pub message: String,
-    /// A key with the value that would end it, as `--set` takes it, where one is plain.
-    pub remedy: Option<(&'static str, String)>,
+    /// Keys with values that would end it, as `--set` takes them, where any is plain: each alone
+    /// does, the best first.
+    pub remedies: Vec<(&'static str, String)>,
 }
 
 /// What was found so far.
@@ -31,14 +32,19 @@ pub struct Found(Vec<Contradiction>);
 impl Found {
     /// Adds what is wrong at a key.
     pub fn add(&mut self, key: &'static str, message: String) {
-        self.0.push(Contradiction { key, message, remedy: None });
+        self.0.push(Contradiction { key, message, remedies: Vec::new() });
     }
 
     /// Says what would end the contradiction that was added last.
     pub fn ends_with(&mut self, key: &'static str, value: impl ToString) {
         if let Some(last) = self.0.last_mut() {
-            last.remedy = Some((key, value.to_string()));
+            last.remedies = vec![(key, value.to_string())];
         }
+    }
+
+    /// Adds contradictions.
+    pub fn extend(&mut self, more: impl Iterator<Item = Contradiction>) {
+        self.0.extend(more);
     }
 
     /// Whether nothing was.
@@ -58,9 +64,12 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
     names(machine, &mut found);
     rates(machine, &mut found);
     memory(machine, &mut found);
-    let mut all = found.all();
-    all.extend(machine.flow().contradictions(machine));
-    all
+    for check in machine.flow().stages().iter().filter_map(|stage| stage.check) {
+        check(machine, &mut found);
+    }
+    exclusion::check(machine, &mut found);
+    machine.flow().check(machine, &mut found);
+    found.all()
 }
 
 fn names(m: &Machine, found: &mut Found) {

@@ -3,7 +3,7 @@
 
 use toml::Table;
 
-use crate::flow;
+use crate::flow::{self, Dataflow};
 use crate::machine::Machine;
 use powergs_base::config::{Config, Place, Problem};
 
@@ -40,15 +40,20 @@ const COMMON: [Optional; 2] = [
     },
 ];
 
+/// Those of a dataflow, stage by stage.
+fn of_flow(flow: &dyn Dataflow) -> impl Iterator<Item = &'static Optional> + use<> {
+    flow.stages().iter().flat_map(|stage| stage.optional)
+}
+
 /// Those of a machine, the common ones first.
 fn of_machine(machine: &Machine) -> impl Iterator<Item = &'static Optional> {
-    COMMON.iter().chain(machine.flow().optional())
+    COMMON.iter().chain(of_flow(machine.flow()))
 }
 
 impl Optional {
     /// All of them, of all dataflows.
     pub fn all() -> impl Iterator<Item = &'static Optional> {
-        COMMON.iter().chain(flow::all().flat_map(|flow| flow.optional()))
+        COMMON.iter().chain(flow::all().flat_map(of_flow))
     }
 
     /// The part that a key is of; `None` for one that every machine has.
@@ -95,7 +100,7 @@ impl Machine {
 }
 
 /// Takes the keys of all parts that a machine does not have out of its table.
-pub(super) fn leave_out(table: &mut Table, machine: &Machine) {
+pub(crate) fn leave_out(table: &mut Table, machine: &Machine) {
     for part in of_machine(machine).filter(|part| !part.is_in(machine)) {
         for key in part.keys {
             let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));

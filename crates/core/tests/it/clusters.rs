@@ -105,7 +105,7 @@ fn what_contradicts_clusters_names_both_keys() {
     let said = |change: fn(&mut Machine)| {
         let mut machine = machine(64, Cull::Depth);
         change(&mut machine);
-        let found = machine.flow().contradictions(&machine);
+        let found = machine.contradictions();
         found.iter().map(|problem| format!("{problem:?}")).collect::<Vec<_>>().join("\n")
     };
     assert_eq!(said(|_| ()), "");

@@ -414,7 +414,7 @@ fn what_cannot_be_is_refused_with_the_way_out() {
     refused("blend.tile=12", "must be a power of two");
     refused("blend.warp-width=32", "32x1 pixels");
     refused("sm.registers=8192", "no block of 256 threads fits into a multiprocessor");
-    refused("rops.impl=boxes", "draws oriented boxes: set `pairs.test` = \"obb\"");
+    refused("rops.impl=boxes", "oriented boxes are drawn; set `pairs.test` = \"obb\"");
     refused("blend.batch=4096", "114688 B of 96 KiB shared memory");
 }
 

@@ -205,11 +205,11 @@ fn what_is_kept_is_read_and_written_once() {
 #[test]
 fn what_contradicts_kept_lists_names_both_keys() {
     for way in [GsuImpl::Last, GsuImpl::Shared] {
-        assert!(machine(way).flow().contradictions(&machine(way)).is_empty());
+        assert!(machine(way).contradictions().is_empty());
         let refused = |change: fn(&mut Machine), key: &str| {
             let mut machine = machine(way);
             change(&mut machine);
-            let found = machine.flow().contradictions(&machine);
+            let found = machine.contradictions();
             let all: Vec<String> = found.iter().map(|problem| format!("{problem:?}")).collect();
             let both = |text: &&String| text.contains("gsu.impl") && text.contains(key);
             assert!(all.iter().any(|text| both(&text)), "{key}: {all:?}");

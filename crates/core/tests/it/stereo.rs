@@ -230,6 +230,6 @@ fn what_cannot_be_a_second_eye_names_both_sides() {
     assert!(text.contains("`stereo.lag` = 1") && text.contains("geometry.tile"), "{text}");
     let mut levels = machine(StereoImpl::Derived, 4);
     levels.tiles_mut().fovea.accumulators = 1;
-    let found = levels.flow().contradictions(&levels);
+    let found = levels.contradictions();
     assert!(found.iter().any(|problem| format!("{problem:?}").contains("fovea.accumulators")));
 }

@@ -118,7 +118,17 @@ pub fn reusing_frame(number: usize, millions: f64) -> FrameReport {
     let mut frame = frame(number, millions);
     let n = frame.counters.intersecting_points;
     let (new, gone, out_of_order) = (n / 5, n / 4, n / 90);
-    let reuse = ReuseSummary { kept: n, new, gone, out_of_order, ..ReuseSummary::default() };
+    let (old_lists, keeping, rank_shift_p99, missing) = (900, 700, 3, 0);
+    let reuse = ReuseSummary {
+        old_lists,
+        keeping,
+        kept: n,
+        new,
+        gone,
+        rank_shift_p99,
+        out_of_order,
+        missing,
+    };
     cycle(&mut frame).measured.extend(measures::measured(&reuse));
     frame
 }

@@ -331,7 +331,8 @@ fn serve(
     let pixels = frame.layout(task.design)[2];
     let tiles = (frame.grid[0] * frame.grid[1]) as usize;
     let mut told = 0;
-    let mut memory = Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine, None);
+    let mut memory =
+        Memory::new(Ranges { end: u64::from(u32::MAX) }, &STREAMS, machine.memory(), None);
     let mut run = ChipRun {
         cycles: 0,
         listed: 0,

@@ -2,14 +2,14 @@
 
 use super::{BlendSpec, Gpu, WARP};
 use crate::machine::Machine;
-use crate::machine::check::{Contradiction, Found, SIZE_MAX};
-use powergs_frame::splat::Intersection;
+use crate::machine::check::{Found, SIZE_MAX};
 
 /// How far the bandwidth of a data sheet may be from that of its bus: they are rounded.
 const ROUNDED: f64 = 0.02;
 
-pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
-    let (m, mut found) = (machine.gpu(), Found::default());
+/// Adds every contradiction.
+pub(super) fn check(machine: &Machine, found: &mut Found) {
+    let m = machine.gpu();
     let sizes = [
         ("sm.shared", m.sm.shared),
         ("l2.capacity", m.l2.capacity),
@@ -90,37 +90,8 @@ pub(super) fn problems(machine: &Machine) -> Vec<Contradiction> {
         );
         found.add("convert.registers", message);
     }
-    attached(m, &mut found);
-    rops(m, &mut found);
-    found.all()
-}
-
-/// Raster operations that blend.
-fn rops(m: &Gpu, found: &mut Found) {
-    if !m.rops.is_there() {
-        return;
-    }
-    for (key, other) in [
-        (
-            "training.sum",
-            m.training.trains().then_some("gradients are found by kernels that have blended"),
-        ),
-        ("attached.impl", m.attached.is_there().then_some("one of them blends")),
-    ] {
-        let Some(why) = other else { continue };
-        let message = format!(
-            "`rops.impl` contradicts `{key}`: {why}; set `rops.impl` = \"none\", or `{key}` = \
-             \"none\""
-        );
-        found.add("rops.impl", message);
-        found.ends_with("rops.impl", "none");
-    }
-    if m.pairs.test != Intersection::Obb {
-        let message = "`rops.impl` draws oriented boxes: set `pairs.test` = \"obb\"";
-        found.add("pairs.test", message.to_owned());
-        found.ends_with("pairs.test", "obb");
-    }
-    if m.blend.tile > 16 {
+    attached(m, found);
+    if m.rops.is_there() && m.blend.tile > 16 {
         let message =
             format!("`blend.tile` = {}: bins of raster operations have 16 at most", m.blend.tile);
         found.add("blend.tile", message);
@@ -132,13 +103,6 @@ fn attached(m: &Gpu, found: &mut Found) {
     let a = &m.attached;
     if !a.is_there() {
         return;
-    }
-    if m.training.trains() {
-        let message = "`attached.impl` contradicts `training.sum`: gradients are found by kernels \
-                       that have blended themselves; set `attached.impl` = \"none\", or \
-                       `training.sum` = \"none\"";
-        found.add("attached.impl", message.to_owned());
-        found.ends_with("attached.impl", "none");
     }
     if !(1e6..=1e11).contains(&a.clock.0) {
         let message = format!("`attached.clock` = {} must be from 1 MHz to 100 GHz", a.clock);

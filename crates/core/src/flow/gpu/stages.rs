@@ -3,7 +3,7 @@
 use super::{AttachedImpl, AttachedSpec, L2Spec, RopSpec, SmSpec, TrainSpec, WARP};
 use crate::flow::steps;
 use crate::kernel::stream::{reads, writes};
-use crate::machine::Machine;
+use crate::machine::{Exclusion, Machine, Optional, Setting};
 use crate::stage::{
     Bias, DoubleDecl, From, StageDecl, Stall, StatDecl, WaitDecl, buffer, buffer_id, counted,
     double, omit, part, share, stage_id, timed, work, work_id,
@@ -123,6 +123,8 @@ pub const SM_DECL: StageDecl = StageDecl {
         }),
     ],
     behind: &["A137", "A138", "A139", "A144"],
+    optional: &[TRAINING_KERNELS],
+    excludes: EXCLUDES,
     ..StageDecl::new(
         "sm",
         "streaming multiprocessors (SM)",
@@ -202,6 +204,7 @@ pub const ATTACHED_DECL: StageDecl = StageDecl {
     omits: &[omit("what it takes to hand a frame to another chip", Bias::Optimistic, "A147")
         .by("attached.impl = \"rows\"", |m| m.of_type::<AttachedSpec>().is_there())],
     behind: &["A147"],
+    optional: &[ATTACHED_UNIT],
     ..StageDecl::new(
         "attached",
         "attached unit",
@@ -253,6 +256,7 @@ pub const ROP_DECL: StageDecl = StageDecl {
             .by("rops.impl = \"boxes\"", |m| m.of_type::<RopSpec>().is_there()),
     ],
     behind: &["A148"],
+    optional: &[ROP_UNIT],
     ..StageDecl::new(
         "rop",
         "raster operations (ROP)",
@@ -306,3 +310,100 @@ pub const EXPONENTIAL: ActionId = work_id("warp-exponential");
 pub const L2: BufferId = buffer_id("l2");
 /// Waits for the next kernel.
 pub const LAUNCH: Stall = Stall::of("launch");
+
+const ATTACHED_UNIT: Optional = Optional {
+    what: "an attached unit",
+    switch: "attached.impl",
+    keys: &["attached.lanes", "attached.clock", "attached.overlap", "attached.cache"],
+    with: &[
+        "energy=orin-nx-gbu",
+        "attached.impl=rows",
+        "attached.lanes=1",
+        "attached.overlap=none",
+    ],
+    is_there: |m| m.of_type::<AttachedSpec>().is_there(),
+};
+
+const TRAINING_KERNELS: Optional = Optional {
+    what: "kernels that train",
+    switch: "training.sum",
+    // The first as that of other dataflows: what both have is said of theirs.
+    keys: &[
+        "training.state",
+        "training.update",
+        "training.loss",
+        "training.loss-bytes",
+        "training.gradient",
+        "training.record",
+        "training.atomics",
+        "training.zeroed",
+        "training.chain",
+        "training.widths",
+        "training.step",
+        "training.densify",
+    ],
+    with: &["training.sum=pixel", "training.atomics=0.05"],
+    is_there: |m| m.of_type::<TrainSpec>().trains(),
+};
+
+const ROP_UNIT: Optional = Optional {
+    what: "raster operations that blend",
+    switch: "rops.impl",
+    keys: &[
+        "rops.quads-per-cycle",
+        "rops.found-per-cycle",
+        "rops.stop",
+        "rops.merge",
+        "rops.bins",
+        "rops.bin-quads",
+        "rops.groups",
+        "rops.group-side",
+        "rops.group-gaussians",
+        "rops.corner",
+        "rops.shade",
+        "rops.pair",
+    ],
+    with: &[
+        "energy=agx-orin-rops",
+        "pairs.test=obb",
+        "rops.impl=boxes",
+        "rops.merge=true",
+        "rops.groups=4",
+        "rops.bins=4",
+        "rops.shade=2000",
+        "rops.pair=500",
+    ],
+    is_there: |m| m.of_type::<RopSpec>().is_there(),
+};
+
+/// What gradients of kernels exclude, or a unit that blends in place of one.
+const EXCLUDES: &[Exclusion] = &[
+    Exclusion {
+        choice: Setting::Not("rops.impl", &["none"]),
+        off: "none",
+        other: Setting::Not("training.sum", &["none"]),
+        instead: "none",
+        because: "gradients are found by kernels that have blended",
+    },
+    Exclusion {
+        choice: Setting::Not("rops.impl", &["none"]),
+        off: "none",
+        other: Setting::Not("attached.impl", &["none"]),
+        instead: "none",
+        because: "one of them blends",
+    },
+    Exclusion {
+        choice: Setting::Not("rops.impl", &["none"]),
+        off: "none",
+        other: Setting::Not("pairs.test", &["obb"]),
+        instead: "obb",
+        because: "oriented boxes are drawn",
+    },
+    Exclusion {
+        choice: Setting::Not("attached.impl", &["none"]),
+        off: "none",
+        other: Setting::Not("training.sum", &["none"]),
+        instead: "none",
+        because: "gradients are found by kernels that have blended themselves",
+    },
+];

@@ -1,21 +1,19 @@
 //! Consistency of the keys of a machine file.
 
 use super::{ComposePath, FrontOverlap, Resident};
-use crate::machine::check::{Contradiction, Found, RECORD_MAX, SIZE_MAX};
+use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
 
-/// Every contradiction.
-pub(super) fn problems(m: &Resident) -> Vec<Contradiction> {
-    let mut found = Found::default();
-    sizes(m, &mut found);
-    slices(m, &mut found);
-    late(m, &mut found);
+/// Adds every contradiction.
+pub(super) fn check(m: &Resident, found: &mut Found) {
+    sizes(m, found);
+    slices(m, found);
+    late(m, found);
     if !m.front.batch.is_multiple_of(32) {
         let next = m.front.batch.next_multiple_of(32);
         let message = format!("`front.batch` = {} must be a multiple of 32: {next}", m.front.batch);
         found.add("front.batch", message);
         found.ends_with("front.batch", next);
     }
-    found.all()
 }
 
 fn sizes(m: &Resident, found: &mut Found) {

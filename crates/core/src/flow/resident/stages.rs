@@ -5,8 +5,9 @@ use super::{
     ComposeSpec, Cut, FrontSpec, OrderSpec, RasterSpec, RegionSpec, Resident, StoreSpecs, TailSpec,
     TrainingSpec,
 };
-use crate::flow::steps;
+use crate::flow::steps::{self, TRAINING};
 use crate::kernel::stream::{reads, writes};
+use crate::machine::Optional;
 use crate::stage::{
     Bias, From, StageDecl, Stall, WaitDecl, also, buffer, buffer_id, double, omit, part, stage_id,
     work, work_id,
@@ -208,6 +209,16 @@ pub const RASTER_DECL: StageDecl = StageDecl {
     ],
     omits: &[omit("lanes of a step that meet in a bank", Bias::Optimistic, "A121")],
     behind: &["A121"],
+    optional: &[
+        Optional {
+            what: "a search for the ends of rows",
+            switch: "region.cut",
+            keys: &["raster.row-cycles", "front.row"],
+            with: &["region.cut=exact"],
+            is_there: |m| m.of_type::<RegionSpec>().cut == Cut::Exact,
+        },
+        TRAINING,
+    ],
     ..StageDecl::new(
         "raster",
         "raster engines",
@@ -240,6 +251,18 @@ pub const TAIL_DECL: StageDecl = StageDecl {
     omits: &[omit("the search for pixels that have not stopped", Bias::Optimistic, "A122")
         .by("tail.share > 0", |m| m.of_type::<TailSpec>().share > 0.0)],
     behind: &["A122"],
+    optional: &[Optional {
+        what: "tail units",
+        switch: "tail.share",
+        keys: &["tail", "stores.tail"],
+        with: &[
+            "tail.share=0.25",
+            "region.slices=1",
+            "stores.pixels.capacity=256 KiB",
+            r#"stores.tail={ capacity = "32 KiB", word = "64 B", banks = 1, ports = "1rw" }"#,
+        ],
+        is_there: |m| m.of_type::<TailSpec>().share > 0.0,
+    }],
     ..StageDecl::new(
         "tail",
         "tail units",
@@ -282,6 +305,13 @@ pub const COMPOSE_DECL: StageDecl = StageDecl {
     input: "slices from the raster engines",
     doubles: &[double("compose.lanes", &["compose.lanes"], &["A123"])],
     behind: &["A123"],
+    optional: &[Optional {
+        what: "composing units",
+        switch: "compose.lanes",
+        keys: &["compose"],
+        with: &["compose.lanes=16", "region.slices=2"],
+        is_there: |m| m.of_type::<ComposeSpec>().lanes > 0,
+    }],
     ..StageDecl::new(
         "compose",
         "composing units",

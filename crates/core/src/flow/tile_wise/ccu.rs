@@ -41,14 +41,14 @@
 //! Source: `gscore` as re-modelled by `nerarch-sim` (four units); what a unit does in a cycle and
 //! the number of test units are not published.
 
+mod table;
+
 use super::BufferSpecs;
 use crate::flow::tile_wise::batch::{Batch, Pass};
 use crate::flow::tile_wise::colour;
 use crate::flow::tile_wise::lists;
 use crate::flow::tile_wise::vru;
-use crate::flow::tile_wise::{
-    CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, PixelsSpec, RecordSpec,
-};
+use crate::flow::tile_wise::{CodebookSpec, FeatureSource, FoveaSpec, PixelsSpec, RecordSpec};
 use crate::kernel::bank::Banks;
 use crate::kernel::divide::Divisor;
 use crate::kernel::stream::{reads, writes};
@@ -60,6 +60,8 @@ use crate::stage::{
 use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
 use powergs_energy::flops::SH_COLOUR;
 use powergs_frame::scene::ShDegree;
+
+pub use table::{CcuOperations, CcuSpec, Fetch};
 
 /// What the unit declares.
 pub const CCU: StageDecl = StageDecl {
@@ -164,6 +166,9 @@ pub const CCU: StageDecl = StageDecl {
     ],
     omits: &[omit("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21")],
     behind: &["A1", "A2"],
+    optional: table::OPTIONAL,
+    excludes: table::EXCLUDES,
+    check: Some(table::check),
     ..StageDecl::new(
         "ccu",
         "culling and conversion units (CCU)",

@@ -15,13 +15,18 @@
 //!
 //! Where colours are evaluated before sorting, by the CCUs, there is no such unit.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::VruSpec;
 use crate::flow::tile_wise::ccu::SH_COLOUR_WORK;
 use crate::flow::tile_wise::vru::PIXEL_FINISH;
-use crate::flow::tile_wise::{CcuSpec, CodebookSpec, Fetch};
-use crate::machine::Machine;
+use crate::flow::tile_wise::{CcuSpec, Fetch};
+use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
+use crate::machine::{Exclusion, Machine, Optional, Setting};
 use crate::stage::{DoubleDecl, StageDecl, also, buffer, buffer_id, part, sram_read, stage_id};
 use crate::workload::ChunkWork;
+use powergs_base::quantity::Bytes;
 use powergs_energy::action::{ActionCounts, BufferId, Memory, Phase, StageId};
 use powergs_energy::flops;
 use powergs_frame::scene::ShDegree;
@@ -47,6 +52,8 @@ pub const COLOUR: StageDecl = StageDecl {
         is_there: has_units,
     }],
     behind: &["A103", "A31"],
+    optional: OPTIONAL,
+    excludes: EXCLUDES,
     ..StageDecl::new(
         "colour",
         "colour units",
@@ -69,6 +76,8 @@ pub const CODEBOOK: StageDecl = StageDecl {
     })
     .full()
     .sized_by("entries")],
+    optional: CODEBOOK_OPTIONAL,
+    check: Some(check),
     ..StageDecl::new(
         "codebook",
         "codebooks of colours",
@@ -143,5 +152,142 @@ impl Colour {
         actions.charge(Phase::Rendering, SH_COLOUR_WORK, first);
         let looked_up = self.codebook.bytes(first);
         actions.charge(Phase::Rendering, sram_read(CODES), looked_up);
+    }
+}
+
+/// The `[codebook]` table: colours beyond the constant one as entries of a table on chip, which a
+/// record names by its number. Each CCU, or with `ccu.fetch = "lazy-colour"` each core, has a whole
+/// copy, which stays from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct CodebookSpec {
+    /// Entries; without it, or with 0, there is none: records have the coefficients themselves.
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
+    pub entries: u32,
+    /// Bytes of an entry: the coefficients of three channels, of the highest SH degree that it is
+    /// made for. A look-up for a scene of a lower degree above 0 reads all of them.
+    pub entry: Bytes,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks of a copy; the words of an entry lie in as many of them.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+}
+
+impl Default for CodebookSpec {
+    fn default() -> CodebookSpec {
+        CodebookSpec { entries: 0, entry: Bytes(90), word: Bytes(32), banks: 1 }
+    }
+}
+
+impl CodebookSpec {
+    /// The codebook of a scene of this SH degree: constant colours have no entries.
+    pub(crate) fn of_degree(self, degree: ShDegree) -> CodebookSpec {
+        let entries = if degree == ShDegree::ZERO { 0 } else { self.entries };
+        CodebookSpec { entries, ..self }
+    }
+
+    /// Bits of the number of an entry; 0 without a codebook.
+    pub(crate) fn number_bits(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            n => u64::from(u32::BITS - (n - 1).leading_zeros()),
+        }
+    }
+
+    /// Words of an entry.
+    pub(crate) fn words(&self) -> u64 {
+        self.entry.0.div_ceil(self.word.0.max(1))
+    }
+
+    /// Cycles for which a look-up has its copy; 0 without a codebook.
+    pub(crate) fn cycles(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => self.words().div_ceil(u64::from(self.banks)),
+        }
+    }
+
+    /// Bytes that so many look-ups read: an access takes a whole word.
+    pub(crate) fn bytes(&self, lookups: u64) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => lookups * self.words() * self.word.0,
+        }
+    }
+
+    /// Bytes of a bank of a copy.
+    pub(crate) fn bank(&self) -> Bytes {
+        let words = u64::from(self.entries) * self.words();
+        Bytes(words.div_ceil(u64::from(self.banks.max(1))) * self.word.0)
+    }
+}
+
+/// Parts and choices that it may be without.
+pub(super) const CODEBOOK_OPTIONAL: &[Optional] = &[Optional {
+    what: "a codebook",
+    switch: "codebook.entries",
+    keys: &["codebook"],
+    with: &["codebook.entries=1024"],
+    is_there: |m| m.of_type::<CodebookSpec>().entries > 0,
+}];
+
+/// Parts and choices that it may be without.
+pub(super) const OPTIONAL: &[Optional] = &[Optional {
+    what: "colour units in its cores",
+    switch: "ccu.fetch",
+    keys: &["vru.colour-operations-per-cycle", "vru.colour-latency"],
+    with: &[
+        "ccu.fetch=lazy-colour",
+        "record.feature-source=nobody",
+        "vru.colour-operations-per-cycle=133",
+    ],
+    is_there: |m| m.of_type::<CcuSpec>().fetch == Fetch::LazyColour,
+}];
+
+/// What its choices exclude.
+pub(super) const EXCLUDES: &[Exclusion] = &[Exclusion {
+    choice: Setting::Is("vru.colour-operations-per-cycle", &["0"]),
+    off: "133",
+    other: Setting::Is("ccu.fetch", &["lazy-colour"]),
+    instead: "visible-colour",
+    because: "cores read colours and evaluate them",
+}];
+
+/// A table of colours has words, and is no larger than any other buffer.
+pub(super) fn check(machine: &Machine, found: &mut Found) {
+    let m = machine.tiles();
+    let book = &m.codebook;
+    if book.entries == 0 {
+        return;
+    }
+    if book.entry == Bytes(0) || book.entry > RECORD_MAX {
+        let message = format!("`codebook.entry` = {} must be 1 B to {RECORD_MAX}", book.entry);
+        found.add("codebook.entry", message);
+        return;
+    }
+    if book.word == Bytes(0) || book.word > RECORD_MAX {
+        let message = format!("`codebook.word` = {} must be 1 B to {RECORD_MAX}", book.word);
+        found.add("codebook.word", message);
+        return;
+    }
+    // Entries are whole words.
+    let copy = u64::from(book.entries).saturating_mul(book.words()).saturating_mul(book.word.0);
+    if copy > SIZE_MAX.0 {
+        let message = format!(
+            "`codebook.entries` = {} of {} are above {SIZE_MAX}: a typing error?",
+            book.entries, book.entry
+        );
+        found.add("codebook.entries", message);
+    }
+    let (record, pitch) = (m.record.of(ShDegree::MAX, book).colour, m.record.colour_pitch);
+    if record > pitch {
+        let message = format!(
+            "`record.colour-pitch` = {pitch} is less than the {record} of a record with the number \
+             of one of {} entries",
+            book.entries
+        );
+        found.add("record.colour-pitch", message);
+        found.ends_with("record.colour-pitch", record);
     }
 }

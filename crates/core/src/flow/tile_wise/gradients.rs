@@ -19,11 +19,12 @@ use super::layout::AccessPattern;
 use super::resolved::ResolvedUnits;
 use super::vru::{ALPHA, FEATURE};
 use super::{FrameContext, STREAMS, TileWise};
-use crate::flow::steps::{self, StepPart, SteppedGaussians, TrainingSpec};
+use crate::flow::steps::{self, StepPart, SteppedGaussians, TRAINING, TrainingSpec};
 use crate::kernel::blocks::{BlockMove, BlockStream, MovedBlock};
 use crate::kernel::stream::{StreamId, reads, writes};
 use crate::kernel::{MemoKey, memory};
-use crate::machine::{BufferSpec, Machine, Ports};
+use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
+use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
 use crate::stage::{
     Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, double, omit, part, share,
     sram_read, sram_write, stage_id, work, work_id,
@@ -169,6 +170,9 @@ pub const GRADIENTS: StageDecl = StageDecl {
         .by("training.densify = 0", |m| trains(m) && m.of_type::<TrainingSpec>().densify == 0),
     ],
     behind: &["A146"],
+    optional: OPTIONAL,
+    excludes: EXCLUDES,
+    check: Some(check),
     ..StageDecl::new(
         "gru",
         "gradient units (GRU)",
@@ -613,6 +617,92 @@ impl<'a> GradientWork<'a> {
             all.charge(part.phase(), OPERATION, operations);
             all.charge(part.phase(), sram_read(KEPT), bytes);
             all.charge(part.phase(), sram_write(KEPT), bytes);
+        }
+    }
+}
+
+/// Parts and choices that it may be without.
+pub(super) const OPTIONAL: &[Optional] = &[
+    TRAINING,
+    Optional {
+        what: "gradient units",
+        switch: "training.interval",
+        keys: &["gradients"],
+        with: &["training.interval=2", "gradients.behind=true"],
+        is_there: |m| m.of_type::<TrainingSpec>().interval > 0,
+    },
+];
+
+/// What its choices exclude.
+pub(super) const EXCLUDES: &[Exclusion] = &[
+    Exclusion {
+        choice: Setting::Not("training.interval", &["0"]),
+        off: "0",
+        other: Setting::Not("stereo.impl", &["separate"]),
+        instead: "separate",
+        because: "a step has one view",
+    },
+    Exclusion {
+        choice: Setting::Not("training.interval", &["0"]),
+        off: "0",
+        other: Setting::Not("pixels.impl", &["all", "sampled"]),
+        instead: "all",
+        because: "pixels without blends have no gradients",
+    },
+    Exclusion {
+        choice: Setting::Not("training.interval", &["0"]),
+        off: "0",
+        other: Setting::Is("schedule.overlap", &["frames"]),
+        instead: "tiles",
+        because: "a step begins with what the one before has updated",
+    },
+    Exclusion {
+        choice: Setting::Not("training.interval", &["0"]),
+        off: "0",
+        other: Setting::Is("gsu.impl", &["update", "none", "last", "shared"]),
+        instead: "split",
+        because: "a step goes through lists of its own, in depth order",
+    },
+    Exclusion {
+        choice: Setting::Not("training.interval", &["0"]),
+        off: "0",
+        other: Setting::Is("vru.termination", &["none"]),
+        instead: "subtile",
+        because: "gradients need an order",
+    },
+];
+
+/// Steps of training.
+pub(super) fn check(machine: &Machine, found: &mut Found) {
+    let m = machine.tiles();
+    let (t, g) = (&m.training, &m.gradients);
+    if t.interval == 0 {
+        return;
+    }
+    let sizes =
+        [("training.state", t.state), ("training.record", t.record), ("gradients.kept", g.kept)];
+    for (key, bytes) in sizes {
+        if !(1..=RECORD_MAX.0).contains(&bytes.0) {
+            found.add(key, format!("`{key}` = {bytes} must be from 1 B to {RECORD_MAX}"));
+        }
+    }
+    let buffers = [
+        ("gradients.buffer.capacity", "gradients.buffer.word", &g.buffer),
+        ("gradients.cache.capacity", "gradients.cache.word", &g.cache),
+    ];
+    for (capacity, word, buffer) in buffers {
+        // Without a cache there are no sums on chip.
+        let least = u64::from(capacity != "gradients.cache.capacity");
+        if !(least..=SIZE_MAX.0).contains(&buffer.capacity.0) {
+            let message =
+                format!("`{capacity}` = {} must be from {least} B to {SIZE_MAX}", buffer.capacity);
+            found.add(capacity, message);
+        } else if buffer.capacity.0 > 0 && !(1..=buffer.capacity.0).contains(&buffer.word.0) {
+            let message = format!(
+                "`{word}` = {} must be from 1 B to the capacity, {}",
+                buffer.word, buffer.capacity
+            );
+            found.add(word, message);
         }
     }
 }

@@ -13,12 +13,12 @@
 //! in a trace. Depth is where less than half of the light behind reaches the eye.
 
 mod cache;
+mod table;
 mod warp;
 
-use super::{PixelSource, PixelsSpec, SamplePattern};
 use crate::flow::{History, Incompatible};
 use crate::kernel::blocks::MovedBlock;
-use crate::machine::{BufferSpec, Machine, Ports};
+use crate::machine::Machine;
 use crate::stage::{
     Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, omit, part, share, sram_read,
     sram_write, stage_id, work, work_id,
@@ -33,6 +33,7 @@ use rayon::prelude::*;
 
 use crate::kernel::stream::{reads, writes};
 use cache::{KnownTile, RadianceCaches};
+pub use table::{PixelSource, PixelsSpec, SamplePattern};
 pub use warp::{Shown, ShownPixel, Warp};
 
 /// What the unit declares.
@@ -73,6 +74,9 @@ pub const PIXELS: StageDecl = StageDecl {
             .by("pixels.impl = \"cached\"", |m| is(m, PixelSource::Cached)),
     ],
     behind: &["A141", "A142"],
+    optional: table::OPTIONAL,
+    excludes: table::EXCLUDES,
+    check: Some(table::check),
     ..StageDecl::new(
         "pxu",
         "pixel reuse unit (PXU)",
@@ -175,32 +179,6 @@ pub const COUNTER: u64 = 2;
 
 /// Bytes of a tag of the cache.
 pub const TAG: u64 = 4;
-
-impl Default for PixelsSpec {
-    /// All are rendered; what there is where the file says only another source.
-    fn default() -> PixelsSpec {
-        PixelsSpec {
-            source: PixelSource::All,
-            period: 5,
-            holes: 1.0 / 6.0,
-            depth: Bytes(4),
-            ids: 5,
-            ways: 4,
-            entry: Bytes(13),
-            region: 64,
-            stride: 16,
-            pattern: SamplePattern::Random,
-            filter: false,
-            per_cycle: 1,
-            buffer: BufferSpec {
-                capacity: Bytes(52 << 10),
-                word: Bytes(16),
-                banks: 4,
-                ports: Ports::ReadOrWrite,
-            },
-        }
-    }
-}
 
 /// Where a pixel of a picture comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

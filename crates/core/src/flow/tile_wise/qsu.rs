@@ -21,7 +21,7 @@
 //! Source: `gscore` (seven pivots, lists of more than 256 entries), `nerarch-sim` (one key a
 //! cycle, 64 cycles), `powergs` for the number of passes.
 
-use super::{BufferSpecs, VruSpec};
+use super::{BufferSpecs, VruSpec, gsu};
 use crate::flow::tile_wise::{GsuSpec, Spill};
 use crate::kernel::bank::Banks;
 use crate::kernel::stream::{reads, writes};
@@ -93,6 +93,8 @@ pub const QSU: StageDecl = StageDecl {
         "A23",
     )],
     behind: &["A23", "A24"],
+    optional: gsu::OPTIONAL,
+    excludes: gsu::EXCLUDES,
     ..StageDecl::new(
         "qsu",
         "quick sorting units (QSU)",

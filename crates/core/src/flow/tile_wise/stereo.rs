@@ -6,10 +6,14 @@
 //! lists of the second eye. Nothing of it is converted, sorted or read from DRAM. With `shared` a
 //! Gaussian is converted once for both eyes.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::second_eye::{FirstView, NoSecond, StereoSummary, derived, shared};
-use super::{StereoImpl, StereoSpec, TileWise, VruSpec};
+use super::{TileWise, VruSpec};
 use crate::flow::{History, Incompatible};
-use crate::machine::Machine;
+use crate::machine::check::{Found, SIZE_MAX};
+use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
 use crate::stage::{
     Bias, Measured, Merge, StageDecl, StatDecl, Value, buffer, buffer_id, counted, omit, part,
     real, share, sram_read, sram_write, work, work_id,
@@ -55,6 +59,9 @@ pub const STEREO: StageDecl = StageDecl {
     omits: &[omit("a buffer between the eyes that is full", Bias::Optimistic, "A132")
         .by("stereo.impl = \"derived\"", is_derived)],
     behind: &["A132"],
+    optional: OPTIONAL,
+    excludes: EXCLUDES,
+    check: Some(check),
     ..StageDecl::new(
         "stereo",
         "stereo units",
@@ -274,5 +281,113 @@ impl StereoSummary {
     /// Share of the pixels that change because of the largest disparity.
     fn cut_off(&self) -> f64 {
         self.cut_off_pixels as f64 / self.pixels.max(1) as f64
+    }
+}
+
+/// The `[stereo]` table: how the second view of a pair is made. Of no effect on single views.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct StereoSpec {
+    /// How much of the first view the second one uses.
+    #[serde(rename = "impl")]
+    pub implementation: StereoImpl,
+    /// Tiles that the second view is behind the first one: the largest disparity that is handed on.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "tiles"))]
+    pub lag: u32,
+    /// Feature records on their way from the first view to the second one, over all cores.
+    pub buffer: BufferSpec,
+}
+
+impl Default for StereoSpec {
+    /// Separate views; what there is where the file says only another way (A132).
+    fn default() -> StereoSpec {
+        StereoSpec {
+            implementation: StereoImpl::Separate,
+            lag: 4,
+            buffer: BufferSpec {
+                capacity: Bytes(64 << 10),
+                word: Bytes(32),
+                banks: 4,
+                ports: Ports::ReadOrWrite,
+            },
+        }
+    }
+}
+
+/// How the second view of a pair is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StereoImpl {
+    /// As any other frame.
+    Separate,
+    /// What both eyes see is converted once.
+    Shared,
+    /// The first view hands on what blends in it; the second one has no lists besides.
+    Derived,
+}
+
+impl StereoImpl {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StereoImpl::Separate => "separate",
+            StereoImpl::Shared => "shared",
+            StereoImpl::Derived => "derived",
+        }
+    }
+}
+
+/// Parts and choices that it may be without.
+pub(super) const OPTIONAL: &[Optional] = &[Optional {
+    what: "`stereo.impl` = \"derived\"",
+    switch: "stereo.impl",
+    keys: &["stereo.lag", "stereo.buffer"],
+    with: &["stereo.impl=derived", "fovea=none"],
+    is_there: |m| m.of_type::<StereoSpec>().implementation == StereoImpl::Derived,
+}];
+
+/// What its choices exclude.
+pub(super) const EXCLUDES: &[Exclusion] = &[
+    Exclusion {
+        choice: Setting::Not("stereo.impl", &["separate"]),
+        off: "separate",
+        other: Setting::Not("fovea.accumulators", &["0"]),
+        instead: "0",
+        because: "how levels are handed on is not known",
+    },
+    Exclusion {
+        choice: Setting::Not("stereo.impl", &["separate"]),
+        off: "separate",
+        other: Setting::Is("gsu.impl", &["update", "last", "shared"]),
+        instead: "split",
+        because: "an order is kept for each eye, and the second one has none",
+    },
+    Exclusion {
+        choice: Setting::Not("stereo.impl", &["separate"]),
+        off: "separate",
+        other: Setting::Not("ccu.fetch", &["visible-colour"]),
+        instead: "visible-colour",
+        because: "both eyes have the colours that were converted before sorting",
+    },
+];
+
+/// Second views that are made of first ones.
+pub(super) fn check(machine: &Machine, found: &mut Found) {
+    let m = machine.tiles();
+    let (way, buffer) = (m.stereo.implementation, &m.stereo.buffer);
+    if way == StereoImpl::Separate {
+        return;
+    }
+    let is_wrong = buffer.word == Bytes(0) || buffer.word > buffer.capacity;
+    if way == StereoImpl::Derived && is_wrong {
+        let message = format!(
+            "`stereo.buffer.word` = {} must be from 1 B to the capacity, {}",
+            buffer.word, buffer.capacity
+        );
+        found.add("stereo.buffer.word", message);
+    }
+    if buffer.capacity > SIZE_MAX {
+        let message = format!("`stereo.buffer.capacity` = {} is above {SIZE_MAX}", buffer.capacity);
+        found.add("stereo.buffer.capacity", message);
     }
 }

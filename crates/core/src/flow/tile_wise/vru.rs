@@ -23,9 +23,10 @@
 //!
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
+mod table;
+
 use super::{BufferSpecs, RecordSpec};
 use crate::flow::tile_wise::subtiles::{ChunkRun, Discipline};
-use crate::flow::tile_wise::{FoveaSpec, Termination, VruImpl, VruSpec};
 use crate::flow::tile_wise::{lanes, subtiles};
 use crate::kernel::bank::Banks;
 use crate::kernel::stream::{reads, writes};
@@ -38,6 +39,8 @@ use crate::stage::{
 use crate::workload::Geometry;
 use crate::workload::{ChunkWork, PairWork, TileWork};
 use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
+
+pub use table::{FoveaSpec, Termination, VruImpl, VruSpec};
 
 /// What the unit declares.
 pub const VRU: StageDecl = StageDecl {
@@ -176,6 +179,9 @@ pub const VRU: StageDecl = StageDecl {
             .by("vru.stop-latency = 0", |m| m.of_type::<VruSpec>().stop_latency == 0),
     ],
     behind: &["A84", "A27"],
+    optional: table::OPTIONAL,
+    excludes: table::EXCLUDES,
+    check: Some(table::check),
     ..StageDecl::new(
         "vru",
         "volume rendering units (VRU)",

@@ -159,7 +159,7 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&quad, "vru.termination", "mini-tiles stop whole");
     contradicts(&["vru.impl=leaders", bare, whole], "geometry.subtile", "a test unit looks at 2x2");
     let rows = ["vru.impl=rows", bare, "vru.termination=tile"];
-    contradicts(&rows, "geometry.subtile", "`geometry.tile` = 16");
+    contradicts(&rows, "geometry.subtile", "such units have no sub-tiles");
     let many = [&rows[..], &[whole, "vru.units-per-core=17"]].concat();
     contradicts(&many, "vru.units-per-core", "`geometry.tile` = 16 rows");
     contradicts(&["vru.impl=pixels", bare, whole], "vru.termination", "stop with the pixel");
@@ -239,7 +239,8 @@ fn keys_of_parts_that_are_not_there_are_refused() {
         let own = docs.iter().filter(of_part).find(|doc| doc.path != part.switch);
         let own = own.unwrap_or_else(|| panic!("{}: no key", part.what));
         let is_own = |flow: &&dyn Dataflow| {
-            flow.optional().iter().any(|own| (own.what, own.switch) == (part.what, part.switch))
+            let mut all = flow.stages().iter().flat_map(|stage| stage.optional);
+            all.any(|own| (own.what, own.switch) == (part.what, part.switch))
         };
         let flow = flow::all().find(is_own);
         let file = flow.and_then(flow::example).map_or(gscore(), |file| file.text);
@@ -378,7 +379,7 @@ fn a_refused_change_says_what_would_make_it_fit() {
         (error.remedy.clone(), error.to_string())
     };
     let (remedy, text) = fit(&["geometry.tile=64"]);
-    assert_eq!(remedy, ["geometry.sort-group=64", "vru.units-per-core=64"]);
+    assert_eq!(remedy, ["vru.units-per-core=64", "geometry.sort-group=64"]);
     let line = "it would fit with --set geometry.sort-group=64 --set vru.units-per-core=64";
     assert!(text.ends_with(line), "{text}");
     // Buffers are looked at only when all else is right: the remedy goes on until nothing is left.

@@ -143,7 +143,8 @@ fn every_part_can_be_added_to_a_machine() {
             let has =
                 |sets: &[String]| Machine::parse_with(file.text, sets).map(|m| (part.is_there)(&m));
             let is_own = |flow: &dyn Dataflow| {
-                flow.optional().iter().any(|own| (own.what, own.switch) == (part.what, part.switch))
+                let mut all = flow.stages().iter().flat_map(|stage| stage.optional);
+                all.any(|own| (own.what, own.switch) == (part.what, part.switch))
             };
             let machine = Machine::parse(file.text).expect("it comes with the program");
             let is_common = !flow::all().any(is_own);

@@ -1,0 +1,282 @@
+//! The `[pixels]` table: where pixels come from, and what excludes what.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
+use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
+use powergs_base::quantity::Bytes;
+use powergs_frame::splat::Intersection;
+
+/// The `[pixels]` table: which pixels of a frame are rendered, and where the others come from.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct PixelsSpec {
+    /// Where pixels come from.
+    #[serde(rename = "impl")]
+    pub source: PixelSource,
+    /// One frame in so many is rendered whole; with `sampled` 0 for none.
+    #[schemars(range(min = 0, max = 1000), extend("x-unit" = "frames"))]
+    pub period: u32,
+    /// Largest share of a tile that may be missing where its pixels are moved: above it is rendered
+    /// anew.
+    #[schemars(range(min = 0, max = 1), extend("x-unit" = "fraction"))]
+    pub holes: f64,
+    /// Depth of a pixel that is kept beside its colour.
+    pub depth: Bytes,
+    /// Gaussians that a pixel blends before it is looked up.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "Gaussians"))]
+    pub ids: u32,
+    /// Ways of a set of the cache of colours.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "ways"))]
+    pub ways: u32,
+    /// An entry of it: tag and colour.
+    pub entry: Bytes,
+    /// Side of the square of pixels that has a cache of its own, which is fetched with it.
+    #[schemars(range(min = 8, max = 4096), extend("x-unit" = "pixels"))]
+    pub region: u32,
+    /// One pixel in a square of this side is rendered.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels"))]
+    pub stride: u32,
+    /// Which one.
+    pub pattern: SamplePattern,
+    /// Whether lists have only Gaussians that reach a pixel that is rendered: CCUs evaluate α at
+    /// those in its bounding square, `ccu.intersection-units` a cycle.
+    pub filter: bool,
+    /// Pixels that the unit moves, or looks up, in a cycle.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "pixels"))]
+    pub per_cycle: u32,
+    /// On chip: counters of what is missing of tiles, or the cache of a region.
+    pub buffer: BufferSpec,
+}
+
+impl PixelsSpec {
+    /// Whether CCUs test pixels.
+    pub fn filters(&self) -> bool {
+        self.source == PixelSource::Sampled && self.filter
+    }
+
+    /// Bytes that are kept of a pixel beside its colour.
+    pub fn kept(&self) -> Bytes {
+        if self.source == PixelSource::Warped { self.depth } else { Bytes(0) }
+    }
+}
+
+impl Default for PixelsSpec {
+    /// All are rendered; what there is where the file says only another source.
+    fn default() -> PixelsSpec {
+        PixelsSpec {
+            source: PixelSource::All,
+            period: 5,
+            holes: 1.0 / 6.0,
+            depth: Bytes(4),
+            ids: 5,
+            ways: 4,
+            entry: Bytes(13),
+            region: 64,
+            stride: 16,
+            pattern: SamplePattern::Random,
+            filter: false,
+            per_cycle: 1,
+            buffer: BufferSpec {
+                capacity: Bytes(52 << 10),
+                word: Bytes(16),
+                banks: 4,
+                ports: Ports::ReadOrWrite,
+            },
+        }
+    }
+}
+
+/// Where pixels come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PixelSource {
+    /// All are rendered.
+    All,
+    /// Those of the frame before are moved to where their depth says that they are now; tiles of
+    /// which too much is missing are rendered.
+    Warped,
+    /// Pixels whose first Gaussians are known stop there.
+    Cached,
+    /// Some are rendered, as tracking and mapping need them.
+    Sampled,
+}
+
+impl PixelSource {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PixelSource::All => "all",
+            PixelSource::Warped => "warped",
+            PixelSource::Cached => "cached",
+            PixelSource::Sampled => "sampled",
+        }
+    }
+
+    /// Whether a unit knows pixels.
+    pub const fn has_unit(self) -> bool {
+        matches!(self, PixelSource::Warped | PixelSource::Cached)
+    }
+
+    /// Whether everything else waits for it.
+    pub const fn is_first(self) -> bool {
+        matches!(self, PixelSource::Warped)
+    }
+}
+
+/// Which pixel of a square is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SamplePattern {
+    /// The one in the middle.
+    Grid,
+    /// Another one in each square and frame.
+    Random,
+    /// As `random`, and every pixel that is more than half transparent.
+    Unseen,
+}
+
+/// Parts and choices that it may be without.
+pub(super) const OPTIONAL: &[Optional] = &[
+    Optional {
+        what: "pixels that are not rendered",
+        switch: "pixels.impl",
+        keys: &["pixels.per-cycle", "pixels.buffer"],
+        with: &["pixels.impl=warped", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source.has_unit(),
+    },
+    Optional {
+        what: "`pixels.impl` = \"warped\"",
+        switch: "pixels.impl",
+        keys: &["pixels.holes", "pixels.depth"],
+        with: &["pixels.impl=warped", "pixels.holes=0.5", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Warped,
+    },
+    Optional {
+        what: "frames that are rendered whole and others that are not",
+        switch: "pixels.impl",
+        keys: &["pixels.period"],
+        with: &["pixels.impl=warped", "pixels.period=2", "fovea=none"],
+        is_there: |m| {
+            matches!(m.of_type::<PixelsSpec>().source, PixelSource::Warped | PixelSource::Sampled)
+        },
+    },
+    Optional {
+        what: "`pixels.impl` = \"cached\"",
+        switch: "pixels.impl",
+        keys: &["pixels.ids", "pixels.ways", "pixels.entry", "pixels.region"],
+        with: &["pixels.impl=cached", "fovea=none"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Cached,
+    },
+    Optional {
+        what: "`pixels.impl` = \"sampled\"",
+        switch: "pixels.impl",
+        keys: &["pixels.stride", "pixels.pattern", "pixels.filter"],
+        with: &["pixels.impl=sampled", "fovea=none", "geometry.test=aabb"],
+        is_there: |m| m.of_type::<PixelsSpec>().source == PixelSource::Sampled,
+    },
+];
+
+/// What its choices exclude.
+pub(super) const EXCLUDES: &[Exclusion] = &[
+    Exclusion {
+        choice: Setting::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: Setting::Not("fovea.accumulators", &["0"]),
+        instead: "0",
+        because: "pixels of a foveated frame have two levels",
+    },
+    Exclusion {
+        choice: Setting::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: Setting::Not("stereo.impl", &["separate"]),
+        instead: "separate",
+        because: "the second eye needs all that blends in the first one",
+    },
+    Exclusion {
+        choice: Setting::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: Setting::Unlike("geometry.sort-group", "geometry.tile"),
+        instead: "",
+        because: "tiles that are not rendered have no part in the list of a group",
+    },
+    Exclusion {
+        choice: Setting::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: Setting::Is("vru.termination", &["none"]),
+        instead: "subtile",
+        because: "pixels that never stop do not know what they see first",
+    },
+    Exclusion {
+        choice: Setting::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: Setting::Is("gsu.impl", &["update"]),
+        instead: "split",
+        because: "a list that is kept is that of a tile which is rendered in each frame",
+    },
+    Exclusion {
+        choice: Setting::Is("pixels.impl", &["warped", "sampled"]),
+        off: "all",
+        other: Setting::Is("gsu.impl", &["last", "shared"]),
+        instead: "split",
+        because: "a list that is kept is that of a tile which is rendered in each frame",
+    },
+];
+
+/// Pixels that are not rendered.
+pub(super) fn check(machine: &Machine, found: &mut Found) {
+    let m = machine.tiles();
+    if m.pixels.filters() && m.geometry.test != Intersection::Aabb {
+        let message = "`pixels.filter` contradicts `geometry.test`: the units that test boxes test \
+                       pixels; set `geometry.test` = \"aabb\"";
+        found.add("pixels.filter", message.to_owned());
+        found.ends_with("pixels.filter", false);
+    }
+    let (p, g) = (&m.pixels, &m.geometry);
+    if p.source == PixelSource::All {
+        return;
+    }
+    if p.source == PixelSource::Cached && !p.region.is_multiple_of(g.tile) {
+        let message = format!(
+            "`pixels.region` = {} is no multiple of `geometry.tile` = {}: a tile is in one region",
+            p.region, g.tile
+        );
+        found.add("pixels.region", message);
+        found.ends_with("pixels.region", p.region.next_multiple_of(g.tile));
+    }
+    if p.source == PixelSource::Warped && p.period == 0 {
+        let message = "`pixels.period` = 0: the first frame is rendered whole; 1 renders all, 5 \
+                       one in five";
+        found.add("pixels.period", message.to_owned());
+        found.ends_with("pixels.period", 5);
+    }
+    if !(0.0..=1.0).contains(&p.holes) {
+        found.add("pixels.holes", format!("`pixels.holes` = {} must be from 0 to 1", p.holes));
+    }
+    for (key, bytes) in [("pixels.depth", p.depth), ("pixels.entry", p.entry)] {
+        if !(1..=RECORD_MAX.0).contains(&bytes.0) {
+            found.add(key, format!("`{key}` = {bytes} must be from 1 B to {RECORD_MAX}"));
+        }
+    }
+    let b = &p.buffer;
+    let least = match p.source {
+        PixelSource::Cached => p.entry.0.saturating_mul(p.ways.into()),
+        _ => 1,
+    };
+    if p.source.has_unit() && (b.capacity.0 < least || b.capacity > SIZE_MAX) {
+        let message = format!(
+            "`pixels.buffer.capacity` = {} must be from {}, a set of the cache, to {SIZE_MAX}",
+            b.capacity,
+            Bytes(least)
+        );
+        found.add("pixels.buffer.capacity", message);
+    }
+    if p.source.has_unit() && !(1..=b.capacity.0).contains(&b.word.0) {
+        let message = format!(
+            "`pixels.buffer.word` = {} must be from 1 B to the capacity, {}",
+            b.word, b.capacity
+        );
+        found.add("pixels.buffer.word", message);
+    }
+}
