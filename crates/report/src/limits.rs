@@ -191,7 +191,7 @@ fn setting(setting: Setting) -> String {
 }
 
 const EXCLUSIONS: &str = "
-# What excludes what
+## What excludes what
 
 A machine that has both is refused, with the values that would end it.
 

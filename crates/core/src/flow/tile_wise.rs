@@ -23,7 +23,6 @@ pub mod pipeline;
 pub mod pixels;
 pub mod qsu;
 mod reference;
-pub mod regions;
 mod resolved;
 pub mod rules;
 pub mod schedule;
@@ -354,7 +353,8 @@ pub fn replay_with(
     let plan = Plan::new(workload, machine, &units, &context);
     let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
     let mut check = outcome.rule_check;
-    let mut actions = traffic::actions(workload, &units, &plan, &context, &mut check);
+    let tiles = traffic::tile_work(workload, &units, &plan, &context, &mut check);
+    let mut actions = traffic::actions(workload, &units, &tiles, &context, &mut check);
     actions.add(&outcome.speculation);
     let live = match (&units.vru.discipline, context.runs) {
         (Some(discipline), Some(runs)) if discipline.counts_pixels() => {
@@ -372,7 +372,7 @@ pub fn replay_with(
         speculation: outcome.speculation,
         served: outcome.traffic,
         unwritten: traffic::unwritten(workload, &units, &context),
-        regions: regions::regions(workload, machine, &units, &plan, &context, &mut check),
+        regions: workload.fovea.as_ref().map(|_| tiles),
         rule_error: check.error,
     }
 }

@@ -26,8 +26,8 @@ use crate::kernel::{MemoKey, memory};
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
 use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
 use crate::stage::{
-    Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, double, omit, part, share,
-    sram_read, sram_write, stage_id, work, work_id,
+    Bias, DRAM_READ, DRAM_WRITE, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, double,
+    omit, part, share, sram_read, sram_write, stage_id, work, work_id,
 };
 use crate::workload::cache::{CacheShape, SumCache};
 use crate::workload::order::{TileOrder, tiles};
@@ -608,6 +608,11 @@ impl<'a> GradientWork<'a> {
         for (buffer, bytes) in [(KEPT, kept), (FEATURE, features)] {
             all.charge(stage, sram_read(buffer), bytes);
             all.charge(stage, sram_write(buffer), bytes);
+        }
+        for part in StepPart::ALL {
+            let [read, write] = self.bytes(part);
+            all.charge(part.phase(), DRAM_READ, read);
+            all.charge(part.phase(), DRAM_WRITE, write);
         }
         for part in [StepPart::Chain, StepPart::Update] {
             let blocks = self.blocks(part).concat();

@@ -17,11 +17,11 @@ mod table;
 mod warp;
 
 use crate::flow::{History, Incompatible};
-use crate::kernel::blocks::MovedBlock;
+use crate::kernel::blocks::{BlockStream, MovedBlock};
 use crate::machine::Machine;
 use crate::stage::{
-    Bias, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, omit, part, share, sram_read,
-    sram_write, stage_id, work, work_id,
+    Bias, DRAM_READ, DRAM_WRITE, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, omit,
+    part, share, sram_read, sram_write, stage_id, work, work_id,
 };
 use crate::workload::blend::TileBlend;
 use crate::workload::{FrameWorkload, STORAGE_BLOCK, TileList};
@@ -241,6 +241,9 @@ impl SomePixels {
     /// Charges what the unit does.
     pub(super) fn charge(&self, actions: &mut ActionCounts) {
         actions.add(&self.actions);
+        let [read, write] = BlockStream::bytes(&self.blocks);
+        actions.charge(Phase::Rendering, DRAM_READ, read);
+        actions.charge(Phase::Rendering, DRAM_WRITE, write);
     }
 }
 

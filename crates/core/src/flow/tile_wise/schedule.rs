@@ -212,14 +212,14 @@ impl Planner<'_> {
 
 /// How far the list of a job has been sorted, and looked through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct SortProgress {
+pub struct SortProgress {
     sorted: u32,
     looked: u32,
 }
 
 impl SortProgress {
     /// The sort that must precede the rendering of chunk `index` of `tile`.
-    pub(crate) fn next(
+    pub fn next(
         &mut self,
         workload: &FrameWorkload,
         job: &Job,

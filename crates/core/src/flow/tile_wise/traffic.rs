@@ -3,22 +3,20 @@
 //! Nothing here depends on time. The pipeline moves the same bytes request by request; every run
 //! checks that both agree.
 
-use crate::flow::steps::StepPart;
+use crate::flow::RegionWork;
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::batch::Batch;
-use crate::flow::tile_wise::bsu::Sort;
 use crate::flow::tile_wise::cache;
 use crate::flow::tile_wise::gradients::GradientWork;
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;
-use crate::flow::tile_wise::schedule::{Job, Plan, SortProgress};
+use crate::flow::tile_wise::schedule::{Plan, SortProgress};
 use crate::flow::tile_wise::vru::Render;
 use crate::flow::tile_wise::{FeatureSource, Fetch};
-use crate::kernel::blocks::BlockStream;
-use crate::kernel::traffic::{StageTraffic, Traffic};
 use crate::stage::{DRAM_READ, DRAM_WRITE, sram_read, sram_write};
-use crate::workload::{FrameWorkload, TileWork};
+use crate::workload::FrameWorkload;
 use powergs_energy::action::{ActionCounts, Phase};
+use powergs_frame::fovea::LEVELS;
 
 /// Records that a chunk loads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -92,104 +90,88 @@ pub fn pairs_written(workload: &FrameWorkload, context: &FrameContext) -> u64 {
     }
 }
 
-/// Calls `each` for the chunks of a job in the order of rendering: the tile, the position of the
-/// chunk in it, and the sort that must precede it.
-pub fn for_each_chunk(
-    workload: &FrameWorkload,
-    plan: &Plan,
-    job: &Job,
-    mut each: impl FnMut(&TileWork, u32, Sort),
-) {
-    let mut front = SortProgress::default();
-    for &tile in plan.tiles_of(job) {
-        let tile = &workload.tiles[tile as usize];
-        for index in 0..tile.chunks {
-            let sort = front.next(workload, job, tile, index);
-            each(tile, index, sort);
-        }
-    }
-}
-
-/// The DRAM bytes of a frame, without speculation.
-pub(crate) fn traffic(
-    workload: &FrameWorkload,
-    units: &ResolvedUnits,
-    plan: &Plan,
-    context: &FrameContext,
-) -> Traffic {
-    let ccu = &units.ccu;
-    let pairs = pairs_written(workload, context);
-    let passes = Batch::passes(workload, pairs, context.lists, ccu.spec.clusters);
-    let preprocessing = StageTraffic {
-        read: passes.iter().map(|whole| ccu.read_bytes(whole) + ccu.read_back(whole)).sum(),
-        write: passes.iter().map(|whole| ccu.written(whole)).sum(),
-    };
-    let mut sorting = StageTraffic::default();
-    for job in &plan.jobs {
-        let spill = job.keys.round_trips() * units.qsu.overflow(&job.keys);
-        sorting.read += job.read + job.depths * units.qsu.depth + spill;
-        sorting.write += job.kept + spill;
-    }
-    let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
-    let pixels = workload.tiles.iter().map(|tile| units.vru.pixel_bytes(tile)).sum::<u64>();
-    let [known_in, known_out] =
-        context.pixels.map_or([0; 2], |some| BlockStream::bytes(&some.blocks));
-    let rendering = StageTraffic {
-        read: loads.map(|load| load.bytes(units)).sum::<u64>() + known_in,
-        write: pixels + known_out,
-    };
-    let mut stages = [preprocessing, sorting, rendering];
-    if let Some(gradients) = GradientWork::new(workload, units, context) {
-        for part in StepPart::ALL {
-            let [read, write] = gradients.bytes(part);
-            let stage = &mut stages[part.phase() as usize];
-            (stage.read, stage.write) = (stage.read + read, stage.write + write);
-        }
-    }
-    Traffic { stages }
-}
-
-/// All actions of a frame, without speculation.
-pub(super) fn actions(
+/// What is done for the tiles of a frame, apart from speculation: by region of a foveated frame, and
+/// all in the first place of a plain one.
+///
+/// A tile belongs to the region of the level at its centre. Where a job sorts several tiles
+/// together, the sort belongs to the region of its first tile. Preprocessing, the feature cache,
+/// speculative work and static energy belong to no region.
+pub(super) fn tile_work(
     workload: &FrameWorkload,
     units: &ResolvedUnits,
     plan: &Plan,
     context: &FrameContext,
     check: &mut RuleCheck,
+) -> [RegionWork; LEVELS] {
+    let regions = workload.fovea.as_ref().map(|fovea| &fovea.regions);
+    let region_of = |tile: u32| regions.map_or(0, |regions| usize::from(regions[tile as usize]));
+    let rules = &units.rules;
+    let mut all: [RegionWork; LEVELS] = Default::default();
+    for job in &plan.jobs {
+        let tiles = plan.tiles_of(job);
+        let Some(&first) = tiles.first() else { continue };
+        let own = &mut all[region_of(first)].actions;
+        rules.qsu.charge(&units.qsu, &job.keys, own, check);
+        if job.keys.merged {
+            rules.bsu.charge(&units.bsu, &job.chunks(), own, check);
+        }
+        let spill = job.keys.round_trips() * units.qsu.overflow(&job.keys);
+        let depths = job.depths * units.qsu.depth;
+        own.charge(Phase::Sorting, DRAM_READ, job.read + depths + spill);
+        own.charge(Phase::Sorting, DRAM_WRITE, job.kept + spill);
+        let mut front = SortProgress::default();
+        for &index in tiles {
+            let tile = &workload.tiles[index as usize];
+            let own = &mut all[region_of(index)];
+            own.tiles += 1;
+            own.entries += u64::from(tile.loaded);
+            for k in 0..tile.chunks {
+                let sort = front.next(workload, job, tile, k);
+                let at = (tile.chunk_start + k) as usize;
+                let (chunk, run) = (workload.chunks[at], context.run(at));
+                let render = Render { chunk, run, ..Render::default() };
+                rules.bsu.charge(&units.bsu, &sort, &mut own.actions, check);
+                rules.vru.charge(&units.vru, &render, &mut own.actions, check);
+                if let Some(unit) = &units.colour {
+                    unit.charge(&chunk, &mut own.actions);
+                }
+                own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));
+                let bytes = ChunkLoad::new(workload, at, units, context).bytes(units);
+                own.actions.charge(Phase::Rendering, DRAM_READ, bytes);
+            }
+            // A tile without any chunk finishes its pixels, too.
+            let end = Render { last: Some(*tile), ..Render::default() };
+            rules.vru.charge(&units.vru, &end, &mut own.actions, check);
+            own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &end));
+            own.actions.charge(Phase::Rendering, DRAM_WRITE, units.vru.pixel_bytes(tile));
+        }
+    }
+    all
+}
+
+/// All actions of a frame whose tiles take this, without speculation.
+pub(super) fn actions(
+    workload: &FrameWorkload,
+    units: &ResolvedUnits,
+    tiles: &[RegionWork],
+    context: &FrameContext,
+    check: &mut RuleCheck,
 ) -> ActionCounts {
     let mut actions = ActionCounts::default();
-    let rules = &units.rules;
-    let (pairs, clusters) = (pairs_written(workload, context), units.ccu.spec.clusters);
-    let passes = Batch::passes(workload, pairs, context.lists, clusters);
+    tiles.iter().for_each(|region| actions.add(&region.actions));
+    let (ccu, pairs) = (&units.ccu, pairs_written(workload, context));
+    let passes = Batch::passes(workload, pairs, context.lists, ccu.spec.clusters);
     for whole in &passes {
-        rules.ccu.charge(&units.ccu, whole, &mut actions, check);
+        units.rules.ccu.charge(ccu, whole, &mut actions, check);
+        let read = ccu.read_bytes(whole) + ccu.read_back(whole);
+        actions.charge(Phase::Preprocessing, DRAM_READ, read);
+        actions.charge(Phase::Preprocessing, DRAM_WRITE, ccu.written(whole));
     }
     if passes.len() > 1 {
-        units.ccu.charge_sum(workload.tiles.len() as u64, &mut actions);
+        ccu.charge_sum(workload.tiles.len() as u64, &mut actions);
     }
     if workload.fovea.is_some() {
-        units.ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
-    }
-    for job in &plan.jobs {
-        rules.qsu.charge(&units.qsu, &job.keys, &mut actions, check);
-        if job.keys.merged {
-            rules.bsu.charge(&units.bsu, &job.chunks(), &mut actions, check);
-        }
-        for_each_chunk(workload, plan, job, |tile, index, sort| {
-            let chunk = workload.chunks_of(tile)[index as usize];
-            rules.bsu.charge(&units.bsu, &sort, &mut actions, check);
-            let run = context.run((tile.chunk_start + index) as usize);
-            let render = Render { chunk, run, ..Render::default() };
-            rules.vru.charge(&units.vru, &render, &mut actions, check);
-            if let Some(unit) = &units.colour {
-                unit.charge(&chunk, &mut actions);
-            }
-        });
-    }
-    // Apart from chunks, because a tile without any finishes its pixels, too.
-    for tile in &workload.tiles {
-        let end = Render { last: Some(*tile), ..Render::default() };
-        rules.vru.charge(&units.vru, &end, &mut actions, check);
+        ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
     }
     if let Some(some) = context.pixels {
         some.charge(&mut actions);
@@ -202,15 +184,9 @@ pub(super) fn actions(
         let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
         let (hits, misses) =
             loads.fold((0, 0), |sum, load| (sum.0 + load.hits, sum.1 + load.features));
-        let record = units.ccu.record.feature.0.next_multiple_of(units.cache_word.max(1));
+        let record = ccu.record.feature.0.next_multiple_of(units.cache_word.max(1));
         actions.charge(Phase::Rendering, sram_read(cache::RECORDS), hits * record);
         actions.charge(Phase::Rendering, sram_write(cache::RECORDS), misses * record);
-    }
-    for (stage, bytes) in
-        Phase::WORK.into_iter().zip(traffic(workload, units, plan, context).stages)
-    {
-        actions.charge(stage, DRAM_READ, bytes.read);
-        actions.charge(stage, DRAM_WRITE, bytes.write);
     }
     actions
 }

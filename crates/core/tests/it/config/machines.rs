@@ -380,7 +380,7 @@ fn a_refused_change_says_what_would_make_it_fit() {
     };
     let (remedy, text) = fit(&["geometry.tile=64"]);
     assert_eq!(remedy, ["vru.units-per-core=64", "geometry.sort-group=64"]);
-    let line = "it would fit with --set geometry.sort-group=64 --set vru.units-per-core=64";
+    let line = "it would fit with --set vru.units-per-core=64 --set geometry.sort-group=64";
     assert!(text.ends_with(line), "{text}");
     // Buffers are looked at only when all else is right: the remedy goes on until nothing is left.
     let (remedy, text) = fit(&["geometry.tile=64", "vru.cores=32"]);

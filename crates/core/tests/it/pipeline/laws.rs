@@ -8,8 +8,7 @@ use powergs_core::flow::tile_wise::bsu::Sort;
 use powergs_core::flow::tile_wise::colour::UNITS;
 use powergs_core::flow::tile_wise::layout::Layout;
 use powergs_core::flow::tile_wise::qsu::Keys;
-use powergs_core::flow::tile_wise::schedule::Plan;
-use powergs_core::flow::tile_wise::traffic::for_each_chunk;
+use powergs_core::flow::tile_wise::schedule::{Plan, SortProgress};
 use powergs_core::flow::tile_wise::vru::COLOURS;
 use powergs_core::flow::tile_wise::{FeatureSource, Fetch, GsuImpl};
 use powergs_core::flow::tile_wise::{
@@ -75,10 +74,15 @@ fn units_are_busy_for_exactly_their_work() {
         };
         let mut sorts = 0;
         for job in &plan.jobs {
-            for_each_chunk(&workload, &plan, job, |_, _, sort| {
-                let is_needed = !job.keys.merged || sort != Sort::default();
-                sorts += if is_needed { design.bsu.cycles(&sort) } else { 0 };
-            });
+            let mut front = SortProgress::default();
+            for &tile in plan.tiles_of(job) {
+                let tile = &workload.tiles[tile as usize];
+                for chunk in 0..tile.chunks {
+                    let sort = front.next(&workload, job, tile, chunk);
+                    let is_needed = !job.keys.merged || sort != Sort::default();
+                    sorts += if is_needed { design.bsu.cycles(&sort) } else { 0 };
+                }
+            }
             let merges = job.keys.merged && job.keys.sorted > 0;
             sorts += if merges { design.bsu.cycles(&job.chunks()) } else { 0 };
         }
