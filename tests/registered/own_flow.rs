@@ -89,7 +89,7 @@ fn everything_about_a_stage_follows_from_its_declaration() {
     assert!(flows.as_array().expect("names").iter().any(|name| name == "unsorted"), "{flows}");
     // Timelines.
     let (machine, memo) = (system.machine(), Memo::default());
-    let work = machine.flow().prepare(&frames()[0], &machine.flow().work_key(machine));
+    let work = machine.flow().work_key(machine).prepare(&frames()[0]);
     let mut timeline = Timeline::default();
     let observer: &mut dyn Observer = &mut timeline;
     let task = FrameTask::first(machine, &*work, &memo);

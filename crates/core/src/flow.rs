@@ -5,8 +5,10 @@
 //! around it (sessions, sweeps, what-if, sensitivity, the optimiser, Python) works on any of them.
 
 use std::any::{Any, TypeId};
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::hash::{Hash, Hasher};
 use std::io::Read;
 use std::sync::{Mutex, PoisonError};
 
@@ -35,6 +37,7 @@ use powergs_frame::trace::Frame;
 
 mod error;
 pub mod gpu;
+pub mod lists;
 mod outcome;
 pub mod recorded;
 pub mod resident;
@@ -98,6 +101,11 @@ pub trait Dataflow: Sync {
         false
     }
 
+    /// What is doubtful about what [`Dataflow::attach`] read for a machine, in a sentence.
+    fn doubt(&self, _machine: &Machine) -> Option<String> {
+        None
+    }
+
     /// Whether its machines run any frame; the others have those that were run elsewhere.
     fn runs_any_frame(&self) -> bool {
         true
@@ -142,22 +150,6 @@ pub trait Dataflow: Sync {
 
     /// What a machine needs of a frame.
     fn work_key(&self, machine: &Machine) -> WorkKey;
-
-    /// Memory that preparing a frame takes, bytes, at most about so much. A dataflow whose machines
-    /// need the work of another one leaves that to it, as [`Dataflow::prepare`].
-    ///
-    /// # Errors
-    /// [`Unbinnable`]: more than `budget`, or a frame that cannot be prepared at all.
-    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
-        assert_ne!(key.flow, self.key(), "a dataflow with work of its own says what it takes");
-        key.dataflow().demand(frame, key, budget)
-    }
-
-    /// Prepares a frame for all machines with this key.
-    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
-        assert_ne!(key.flow, self.key(), "a dataflow with work of its own prepares it");
-        key.dataflow().prepare(frame, key)
-    }
 
     /// Whether the machine can run the frame, and what it has to prepare further fits into memory.
     ///
@@ -240,28 +232,85 @@ pub struct RecordKeys {
 /// That it cannot be opened, and why.
 pub type Opener<'a> = dyn FnMut(&str) -> Result<Box<dyn Read>, String> + 'a;
 
+/// A kind of work: what is prepared of a frame once, for many machines of any dataflow.
+pub trait WorkKind: Sync {
+    /// Its name.
+    fn name(&self) -> &'static str;
+
+    /// Memory that preparing a frame for these numbers takes, bytes, at most about so much.
+    ///
+    /// # Errors
+    /// [`Unbinnable`]: more than `budget`, or a frame that cannot be prepared at all.
+    fn demand(&self, frame: &Frame, numbers: &[u32], budget: Budget) -> Result<u64, Unbinnable>;
+
+    /// Prepares a frame.
+    fn prepare(&self, frame: &Frame, numbers: &[u32]) -> Box<dyn Work>;
+}
+
 /// What decides what is prepared of a frame: machines with the same key share it.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone)]
 pub struct WorkKey {
-    /// The dataflow.
-    pub flow: &'static str,
-    /// Numbers that only the dataflow understands.
+    /// What it is.
+    pub kind: &'static dyn WorkKind,
+    /// Numbers that only the kind understands.
     pub numbers: Vec<u32>,
 }
 
 impl WorkKey {
-    /// Its dataflow.
+    /// [`WorkKind::demand`].
     ///
-    /// # Panics
-    /// On a name that no dataflow has.
-    pub fn dataflow(&self) -> &'static dyn Dataflow {
-        named(self.flow).expect("keys are made by dataflows")
+    /// # Errors
+    /// As there.
+    pub fn demand(&self, frame: &Frame, budget: Budget) -> Result<u64, Unbinnable> {
+        self.kind.demand(frame, &self.numbers, budget)
+    }
+
+    /// Prepares a frame for all machines with this key.
+    pub fn prepare(&self, frame: &Frame) -> Box<dyn Work> {
+        self.kind.prepare(frame, &self.numbers)
+    }
+
+    /// What tells keys apart.
+    fn parts(&self) -> (&'static str, &[u32]) {
+        (self.kind.name(), &self.numbers)
+    }
+}
+
+impl PartialEq for WorkKey {
+    fn eq(&self, other: &WorkKey) -> bool {
+        self.parts() == other.parts()
+    }
+}
+
+impl Eq for WorkKey {}
+
+impl PartialOrd for WorkKey {
+    fn partial_cmp(&self, other: &WorkKey) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for WorkKey {
+    fn cmp(&self, other: &WorkKey) -> Ordering {
+        self.parts().cmp(&other.parts())
+    }
+}
+
+impl Hash for WorkKey {
+    fn hash<H: Hasher>(&self, to: &mut H) {
+        self.parts().hash(to);
+    }
+}
+
+impl fmt::Debug for WorkKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 
 impl fmt::Display for WorkKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {:?}", self.flow, self.numbers)
+        write!(f, "{} {:?}", self.kind.name(), self.numbers)
     }
 }
 

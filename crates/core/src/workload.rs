@@ -8,6 +8,7 @@ mod chunk;
 pub mod demand;
 mod fovea;
 mod group;
+pub mod lanes;
 pub mod order;
 pub mod paper;
 mod relist;

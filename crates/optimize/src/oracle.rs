@@ -327,9 +327,9 @@ impl CycleOracle {
     ) -> Result<FrameReport, SimError> {
         let frame = shot.into_frame(camera, background);
         let machine = self.system.machine();
-        let (flow, key) = (machine.flow(), machine.flow().work_key(machine));
-        flow.demand(&frame, &key, self.memory)?;
-        self.system.simulate(Label::default(), &*flow.prepare(&frame, &key))
+        let key = machine.flow().work_key(machine);
+        key.demand(&frame, self.memory)?;
+        self.system.simulate(Label::default(), &*key.prepare(&frame))
     }
 
     /// What [`PowerOracle::frame`] says of a frame with this report.

@@ -180,6 +180,37 @@ fn modules_import_only_what_they_may() {
     none(findings);
 }
 
+/// The dataflows of the core.
+const FLOWS: [&str; 4] = ["tile_wise", "resident", "gpu", "recorded"];
+
+/// Only `flow.rs` names dataflows: none imports another, and what runs them knows none.
+#[test]
+fn dataflows_stand_apart() {
+    let mut findings = Vec::new();
+    let core = sources().iter().filter(|s| s.is_library() && s.folder() == Some("core"));
+    for source in core {
+        let modules = source.modules();
+        let own = match modules[..] {
+            ["flow"] | ["lib"] => continue,
+            ["flow", own, ..] => Some(own),
+            _ => None,
+        };
+        for other in FLOWS.iter().filter(|other| own != Some(**other)) {
+            let named = ["flow::", "super::", "self::"].map(|path| format!("{path}{other}"));
+            let is_named = |path: &&String| {
+                // As a whole name, and not as that of a module of the same flow.
+                let ends =
+                    |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
+                source.code.split(path.as_str()).skip(1).any(ends)
+            };
+            if named.iter().any(|path| is_named(&path)) {
+                findings.push(format!("{}: names {other}", source.path.display()));
+            }
+        }
+    }
+    none(findings);
+}
+
 #[test]
 fn the_tables_name_what_exists() {
     for (folder, table) in MODULES {

@@ -1,6 +1,5 @@
 //! Why a frame has no results.
 
-use super::tile_wise::RuleError;
 use crate::workload::Geometry;
 use crate::workload::demand::Unbinnable;
 use powergs_base::budget::OverBudget;
@@ -66,8 +65,8 @@ pub enum Incompatible {
         over: OverBudget,
     },
     /// A unit rule from outside of the crate broke its contract.
-    #[error(transparent)]
-    Rule(#[from] RuleError),
+    #[error("{0}")]
+    Rule(String),
     /// A frame that was prepared for another dataflow, or for other machines of it.
     #[error("the frame was prepared for {work}, machine `{machine}` needs {needed}")]
     Work {

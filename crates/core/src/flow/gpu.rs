@@ -36,8 +36,7 @@ use std::sync::Arc;
 
 use super::steps::{self, SteppedGaussians};
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, WorkKey,
-    tile_wise,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, WorkKey, lists,
 };
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
@@ -137,7 +136,7 @@ impl Dataflow for GpuFlow {
 
     /// Lists of tiles, with their splats and pixels: that of tile-wise machines.
     fn work_key(&self, machine: &Machine) -> WorkKey {
-        tile_wise::work_key_for(machine.gpu().geometry(), machine.gpu().detail())
+        lists::work_key_for(machine.gpu().geometry(), machine.gpu().detail())
     }
 
     fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, Opener, SimError, TablesDecl, Work,
-    WorkKey,
+    WorkKey, WorkKind,
 };
 use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
@@ -229,25 +229,12 @@ impl Dataflow for RecordedFlow {
     }
 
     fn work_key(&self, _: &Machine) -> WorkKey {
-        WorkKey { flow: KEY, numbers: Vec::new() }
+        WorkKey { kind: &RecordedFrames, numbers: Vec::new() }
     }
 
-    fn demand(&self, _: &Frame, _: &WorkKey, _: Budget) -> Result<u64, Unbinnable> {
-        Ok(size_of::<FrameIdentity>() as u64)
-    }
-
-    fn prepare(&self, frame: &Frame, _: &WorkKey) -> Box<dyn Work> {
-        Box::new(FrameIdentity {
-            id: frame.id(),
-            sh_degree: frame.facts.colour_degree(),
-            counters: Counters {
-                points: frame.facts.points,
-                survivors: frame.facts.survivors,
-                intersecting_points: frame.splats.len() as u64,
-                blends: frame.pixels.blended.iter().map(|n| u64::from(*n)).sum(),
-                ..Counters::default()
-            },
-        })
+    fn doubt(&self, machine: &Machine) -> Option<String> {
+        let spec: &RecordedSpec = machine.of_type();
+        spec.run.get()?.doubt(spec)
     }
 
     fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
@@ -306,9 +293,36 @@ struct FrameIdentity {
     counters: Counters,
 }
 
+/// Frames by what is in them.
+struct RecordedFrames;
+
+impl WorkKind for RecordedFrames {
+    fn name(&self) -> &'static str {
+        KEY
+    }
+
+    fn demand(&self, _: &Frame, _: &[u32], _: Budget) -> Result<u64, Unbinnable> {
+        Ok(size_of::<FrameIdentity>() as u64)
+    }
+
+    fn prepare(&self, frame: &Frame, _: &[u32]) -> Box<dyn Work> {
+        Box::new(FrameIdentity {
+            id: frame.id(),
+            sh_degree: frame.facts.colour_degree(),
+            counters: Counters {
+                points: frame.facts.points,
+                survivors: frame.facts.survivors,
+                intersecting_points: frame.splats.len() as u64,
+                blends: frame.pixels.blended.iter().map(|n| u64::from(*n)).sum(),
+                ..Counters::default()
+            },
+        })
+    }
+}
+
 impl Work for FrameIdentity {
     fn key(&self) -> WorkKey {
-        WorkKey { flow: KEY, numbers: Vec::new() }
+        WorkKey { kind: &RecordedFrames, numbers: Vec::new() }
     }
 
     fn counters(&self) -> &Counters {

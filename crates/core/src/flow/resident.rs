@@ -44,10 +44,7 @@ use crate::machine::{BufferSpec, Machine, Reference};
 use crate::stage::{
     DRAM_READ, DRAM_WRITE, Measured, StageDecl, sram_read, sram_write, streams, work_id,
 };
-use crate::workload::demand::Unbinnable;
-use powergs_base::budget::Budget;
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
-use powergs_frame::trace::Frame;
 
 pub use tables::*;
 
@@ -162,16 +159,6 @@ impl Dataflow for ResidentFlow {
     fn work_key(&self, machine: &Machine) -> WorkKey {
         let m = machine.resident();
         RegionShape::new(m).key()
-    }
-
-    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
-        let (pairs, bytes) = work::demand(frame, RegionShape::of(key));
-        budget.check(bytes).map_err(|over| Unbinnable::Memory { pairs, over })?;
-        if pairs > u64::from(u32::MAX) { Err(Unbinnable::Pairs(pairs)) } else { Ok(bytes) }
-    }
-
-    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
-        Box::new(ResidentFrame::new(frame, RegionShape::of(key)))
     }
 
     fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {

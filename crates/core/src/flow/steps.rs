@@ -8,7 +8,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use super::gpu::Updated;
 use crate::kernel::blocks::MovedBlock;
 use crate::machine::Optional;
 use crate::stage::{Measured, StatDecl, timed};
@@ -64,6 +63,31 @@ impl Default for TrainingSpec {
             widths: StepWidths::default(),
             step: 12,
             densify: 0,
+        }
+    }
+}
+
+/// Which Gaussians are updated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Updated {
+    /// Every one: moments change without a gradient too.
+    All,
+    /// Those with a tile or region, whether a pixel blends them or not.
+    Visible,
+    /// None: gradients alone are found.
+    None,
+    /// None, and their gradients become those by the pose of the camera (tracking).
+    Pose,
+}
+
+impl Updated {
+    /// How many of all Gaussians, of which some are visible.
+    pub fn of(self, all: u64, visible: u64) -> u64 {
+        match self {
+            Updated::All => all,
+            Updated::Visible => visible,
+            Updated::None | Updated::Pose => 0,
         }
     }
 }

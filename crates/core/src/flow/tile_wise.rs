@@ -15,7 +15,6 @@ pub mod colour;
 pub mod gradients;
 mod gsu;
 pub mod kept_order;
-pub mod lanes;
 pub mod layout;
 pub mod lists;
 pub mod measures;
@@ -47,18 +46,14 @@ use crate::kernel::{Calibration, FrameTiming, Halt, Memo};
 use crate::machine::check::Found;
 use crate::machine::{Machine, Reference};
 use crate::stage::{Measured, StageDecl, streams};
+use crate::workload::FrameWorkload;
 use crate::workload::binning::ListWrites;
-use crate::workload::demand::{Unbinnable, demand};
 use crate::workload::reuse::{ListReuse, Reuse};
-use crate::workload::{Cull, FrameDetail, FrameWorkload, Geometry, bin_for};
-use powergs_base::budget::Budget;
 use powergs_base::config::schema_of;
 use powergs_base::number::NumberFormat;
 use powergs_energy::action::ActionCounts;
 use powergs_frame::fovea::LEVELS;
-use powergs_frame::scene::{Eye, ShDegree};
-use powergs_frame::splat::{Counters, Intersection};
-use powergs_frame::trace::Frame;
+use powergs_frame::scene::Eye;
 
 pub use resolved::ResolvedUnits;
 pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
@@ -157,17 +152,7 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn work_key(&self, machine: &Machine) -> WorkKey {
-        work_key_for(machine.tiles().geometry, machine.tiles().detail())
-    }
-
-    fn demand(&self, frame: &Frame, key: &WorkKey, budget: Budget) -> Result<u64, Unbinnable> {
-        let (geometry, detail) = of_key(key);
-        demand(frame, geometry, detail, budget)
-    }
-
-    fn prepare(&self, frame: &Frame, key: &WorkKey) -> Box<dyn Work> {
-        let (geometry, detail) = of_key(key);
-        Box::new(bin_for(frame, geometry, detail))
+        crate::flow::lists::work_key_for(machine.tiles().geometry, machine.tiles().detail())
     }
 
     fn fits(&self, task: &FrameTask<'_>) -> Result<(), Incompatible> {
@@ -468,7 +453,7 @@ fn outcome_of(
 ) -> Result<FlowOutcome, SimError> {
     let FrameTask { machine, memo, .. } = *task;
     if let Some(error) = &replay.rule_error {
-        return Err(Incompatible::from(error.clone()).into());
+        return Err(Incompatible::Rule(error.to_string()).into());
     }
     accounts::written(task.frame, workload, machine, &replay, !context.has_own_lists())?;
     let reuse = task.before.and_then(|before| before.downcast_ref::<Reuse>());
@@ -540,52 +525,4 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
         machine: task.machine.name.clone(),
         needed: TileWiseFlow.work_key(task.machine).to_string(),
     })
-}
-
-/// The key of workloads of a geometry, of machines that need nothing besides.
-pub fn work_key(geometry: Geometry) -> WorkKey {
-    work_key_for(geometry, FrameDetail::default())
-}
-
-/// The key of workloads of a geometry with what machines need besides.
-pub(crate) fn work_key_for(geometry: Geometry, detail: FrameDetail) -> WorkKey {
-    let Geometry { tile, subtile, sort_group, chunk, test, cull } = geometry;
-    let mut numbers = vec![tile, subtile, sort_group, chunk, test as u32, cull as u32];
-    numbers.extend(Some(detail.number()).filter(|&number| number > 0));
-    WorkKey { flow: KEY, numbers }
-}
-
-/// Geometry and detail of a key.
-fn of_key(key: &WorkKey) -> (Geometry, FrameDetail) {
-    let [tile, subtile, sort_group, chunk, test, cull, ref rest @ ..] = key.numbers[..] else {
-        panic!("a key of {KEY} has six numbers: {key}")
-    };
-    let detail = FrameDetail::of_number(rest.first().copied().unwrap_or(0));
-    let cull = if cull == Cull::Frustum as u32 { Cull::Frustum } else { Cull::Depth };
-    let tests = [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse];
-    let test = tests.into_iter().find(|known| *known as u32 == test);
-    let test = test.expect("a key of a geometry");
-    (Geometry { tile, subtile, sort_group, chunk, test, cull }, detail)
-}
-
-impl Work for FrameWorkload {
-    fn key(&self) -> WorkKey {
-        work_key_for(self.geometry, self.detail)
-    }
-
-    fn counters(&self) -> &Counters {
-        &self.counters
-    }
-
-    fn sh_degree(&self) -> ShDegree {
-        self.sh_degree
-    }
-
-    fn tiles(&self) -> usize {
-        self.tiles.len()
-    }
-
-    fn bytes(&self) -> usize {
-        FrameWorkload::bytes(self)
-    }
 }

@@ -21,7 +21,7 @@ use super::observed::FrameOn;
 use super::paper::PaperModel;
 use super::system::System;
 use super::watch::Watch;
-use crate::flow::tile_wise::work_key;
+use crate::flow::lists::work_key;
 use crate::flow::{FrameTask, Handed, History, Work, WorkKey};
 use crate::kernel::{Halt, Halted, Memo};
 use crate::machine::Machine;
@@ -169,7 +169,7 @@ impl BinnedFrame {
         budget: Budget,
     ) -> BinnedFrame {
         let binned = |key: &WorkKey| {
-            let work = key.dataflow().prepare(frame, key);
+            let work = key.prepare(frame);
             (key.clone(), Binned { work, memo: Memo::default(), budget })
         };
         BinnedFrame {
@@ -229,7 +229,7 @@ pub(crate) fn bin_demand(
     };
     let mut bytes = 0_u64;
     for key in keys {
-        let more = key.dataflow().demand(frame, key, budget).map_err(|e| too_large(&e))?;
+        let more = key.demand(frame, budget).map_err(|e| too_large(&e))?;
         bytes = bytes.saturating_add(more);
     }
     if keys.len() > 1 {
@@ -341,7 +341,7 @@ impl<'a> Session<'a> {
         let mut parts: Vec<(u64, Vec<usize>)> = Vec::new();
         for (key, subjects) in keys {
             // One that does not fit by itself is told with its frame.
-            let Ok(bytes) = key.dataflow().demand(&frame, &key, budget) else { return all() };
+            let Ok(bytes) = key.demand(&frame, budget) else { return all() };
             match parts.last_mut().filter(|(sum, _)| sum + bytes <= most) {
                 Some((sum, part)) => {
                     *sum += bytes;
@@ -420,7 +420,7 @@ impl<'a> Session<'a> {
         for k in first..=position {
             let frame = self.frames.take(k)?.get()?;
             bin_demand(self.frames.name(), &frame, &key, budget)?;
-            let (work, memo) = (flow.prepare(&frame, &key[0]), Memo::default());
+            let (work, memo) = (key[0].prepare(&frame), Memo::default());
             flow.fits(&FrameTask { budget, ..FrameTask::first(machine, &*work, &memo) })
                 .map_err(|e| RunError::in_frame(&frame.facts.camera.name, e.into()))?;
             let before = flow.hand_over(machine, &*work, frame.facts.camera.eye, &mut history);

@@ -17,7 +17,6 @@ use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
 use crate::flow::Work;
-use crate::flow::recorded::RecordedSpec;
 use crate::machine::Machine;
 use crate::machine::{DramModel, NO_DEVICE};
 use crate::sim::{self, SimError};
@@ -435,8 +434,7 @@ impl System {
 /// What is right in a machine and its energy table, and doubtful: prices of another unit or for
 /// another clock, a run with more than the machine can do.
 pub fn doubts(machine: &Machine, energy: &EnergyTable) -> Vec<String> {
-    let recorded = machine.tables.get::<RecordedSpec>();
-    let run = recorded.and_then(|spec| spec.run.get()?.doubt(spec));
+    let run = machine.flow().doubt(machine);
     let prices = accelergy::doubt(energy).into_iter().chain(energy.clock_doubt(machine.clock));
     run.into_iter().chain(prices).collect()
 }

@@ -28,7 +28,7 @@ use crate::flow::{FrameTask, Handed, History, Work};
 use crate::kernel::Memo;
 use crate::kernel::timeline::{Observer, Span, Timeline};
 use crate::machine::Machine;
-use crate::stage::{EnergyTable, doubles, hardware};
+use crate::stage::{EnergyTable, StatDecl, StatOf, doubles, hardware};
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::config::{key_docs_of, knob};
 use powergs_energy::Prices;
@@ -65,6 +65,7 @@ pub struct Trial<'a> {
 ///   machines in one memo;
 /// - what is done does not depend on when: not on the latency and the rate of the memory;
 /// - twice of a resource does not slow a frame by more than `slack`, on the flat memory;
+/// - what is measured of a frame is declared by a stage;
 /// - every key of its tables moves a time, a count or a price on one of the machines.
 ///
 /// # Panics
@@ -113,7 +114,7 @@ fn each_frame<T>(
     let (flow, key) = (machine.flow(), machine.flow().work_key(machine));
     let mut history = History::default();
     let one = |(frame, (facts, memo)): (usize, (&Frame, &Memo))| {
-        let work: Box<dyn Work> = flow.prepare(facts, &key);
+        let work: Box<dyn Work> = key.prepare(facts);
         let before: Option<Handed> = flow.hand_over(machine, &*work, None, &mut history);
         let first = FrameTask::first(machine, &*work, memo);
         run(&FrameTask { frame, before: before.as_ref(), ..first })
@@ -167,6 +168,9 @@ fn watched(trial: &Trial<'_>, machine: &Machine) -> Vec<String> {
         if watched.timing != alone.timing || watched.actions != alone.actions {
             found.push(format!("{}: who watches changes it", machine.name));
         }
+        for (stat, _) in alone.measured.all().filter(|(stat, _)| !is_declared(machine, stat)) {
+            found.push(format!("{}: no stage declares `{}`", machine.name, stat.name));
+        }
         if cycles > most || end > timing.frame {
             found.push(format!(
                 "{}: spans of {cycles} cycles up to {end}, and units have {most} up to {}",
@@ -176,6 +180,15 @@ fn watched(trial: &Trial<'_>, machine: &Machine) -> Vec<String> {
         found
     };
     each_frame(machine, trial.frames, &memos(trial.frames), run).concat()
+}
+
+/// Whether a stage of a machine declares a number, or a share that is made of it.
+fn is_declared(machine: &Machine, stat: &StatDecl) -> bool {
+    let mut all = machine.flow().stages().iter().flat_map(|stage| stage.stats.iter().copied());
+    all.any(|own| match own.of {
+        StatOf::Share(part, whole) => own == stat || part == stat || whole.contains(&stat),
+        _ => own == stat,
+    })
 }
 
 /// What is done does not depend on when.

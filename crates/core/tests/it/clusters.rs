@@ -33,7 +33,7 @@ fn machine(clusters: u32, cull: Cull) -> Machine {
 
 fn run(machine: &Machine, frame: &Frame) -> (Timed, FrameWorkload) {
     let flow = machine.flow();
-    let work = flow.prepare(frame, &flow.work_key(machine));
+    let work = flow.work_key(machine).prepare(frame);
     let memo = Memo::default();
     let timed = time(&FrameTask::first(machine, &*work, &memo)).expect("it runs");
     let workload: &FrameWorkload = (*work).of().expect("of this dataflow");

@@ -502,7 +502,7 @@ fn kernels_and_unit_share_a_frame() {
     let frame_of = |sets: &[&str]| {
         let machine = machine(sets);
         let flow = machine.flow();
-        let work = flow.prepare(&frame, &flow.work_key(&machine));
+        let work = flow.work_key(&machine).prepare(&frame);
         let memo = Memo::default();
         flow.run(&FrameTask::first(&machine, &*work, &memo), None).expect("it runs")
     };

@@ -167,7 +167,7 @@ fn run(machine: &Machine, frames: &[Frame]) -> Vec<Timed> {
     let flow = machine.flow();
     let mut history = History::default();
     let of = |frame: &Frame| {
-        let work = flow.prepare(frame, &flow.work_key(machine));
+        let work = flow.work_key(machine).prepare(frame);
         let memo = Memo::default();
         let before = flow.hand_over(machine, &*work, None, &mut history);
         let task =

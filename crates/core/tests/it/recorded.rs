@@ -88,7 +88,7 @@ fn machine(sets: &[&str], run: &str) -> Result<Machine, String> {
 
 fn timed(machine: &Machine, frame: &Frame, memo: &Memo) -> FlowOutcome {
     let flow = machine.flow();
-    let work = flow.prepare(frame, &flow.work_key(machine));
+    let work = flow.work_key(machine).prepare(frame);
     sim::time(&FrameTask::first(machine, &*work, memo)).expect("it fits").outcome
 }
 
@@ -287,7 +287,7 @@ fn what_the_run_was_made_with_stays() {
     assert!(other.keep(&base).is_err_and(|e| e.contains("recorded.units")));
     // Another frame is another run.
     let other = small_frame(1);
-    let work = base.flow().prepare(&other, &base.flow().work_key(&base));
+    let work = base.flow().work_key(&base).prepare(&other);
     let said = sim::time(&FrameTask::first(&base, &*work, &Memo::default())).expect_err("no run");
     let wanted = format!("`run.csv` has no frame {:016x}, which is frame 0", other.id());
     assert!(said.to_string().contains(&wanted), "{said}");

@@ -176,7 +176,7 @@ fn regions_are_those_of_a_count_pixel_by_pixel() {
                     assert!(facts.saturated >= last.unwrap_or(0), "nothing live is left out");
                     assert_eq!(facts.entries as usize, own.count());
                 }
-                assert_eq!(RegionShape::of(&shape.key()), shape);
+                assert_eq!(RegionShape::of(&shape.key().numbers), shape);
             }
         }
     });
@@ -302,7 +302,8 @@ fn compare(seed: u64) -> Option<String> {
     // What was drawn may contradict itself.
     let machine = machine(&sets).ok()?;
     let frame = small_frame(seed % 50);
-    let work = ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine)));
+    let work =
+        ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine).numbers));
     let memo = Memo::default();
     let task = FrameTask::first(&machine, &work, &memo);
     machine.flow().fits(&task).ok()?;
@@ -376,7 +377,7 @@ fn a_step_goes_once_more_through_the_lists() {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         let machine = Machine::parse_with(MACHINE, &sets).expect("a machine");
         let flow = machine.flow();
-        let work = flow.prepare(&frame, &flow.work_key(&machine));
+        let work = flow.work_key(&machine).prepare(&frame);
         let memo = Memo::default();
         let outcome = flow.run(&FrameTask::first(&machine, &*work, &memo), None).expect("it runs");
         let cut: ResidentFrame = work.of::<ResidentFrame>().expect("of this dataflow").clone();

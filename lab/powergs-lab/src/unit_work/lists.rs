@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use powergs_core::flow::tile_wise::work_key;
+use powergs_core::flow::lists::work_key;
 use powergs_core::run::{Frames, Window};
 use powergs_core::workload::order::DepthKey;
 use powergs_core::workload::{FrameWorkload, Geometry};

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 use super::Gpu;
 use super::cache::Filtered;
 use super::stages::{ATTACHED_ALPHA, ATTACHED_BLEND, ATTACHED_CACHE, ATTACHED_ROW};
-use crate::flow::tile_wise::lanes::{Grain, LaneMap, PixelReach, RowShare, TogetherUnits};
 use crate::kernel::blocks::MovedBlock;
 use crate::machine::{BufferSpec, Ports};
 use crate::stage::{sram_read, sram_write};
 use crate::workload::FrameWorkload;
+use crate::workload::lanes::{Grain, LaneMap, PixelReach, RowShare, TogetherUnits};
 use powergs_base::quantity::{Bytes, Hertz};
 use powergs_energy::action::{ActionCounts, Phase};
 

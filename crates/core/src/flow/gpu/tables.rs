@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 pub use super::attached::{AttachedImpl, AttachedOverlap, AttachedSpec};
 pub use super::rops::{RopImpl, RopSpec};
 use crate::flow::steps::StepWidths;
+pub use crate::flow::steps::Updated;
 use crate::machine::Machine;
 use crate::workload::{Cull, FrameDetail, Geometry};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
@@ -332,31 +333,6 @@ pub enum GradientSum {
     Warp,
     /// A block adds up those of its warps first.
     Block,
-}
-
-/// Which Gaussians are updated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Updated {
-    /// Every one: moments change without a gradient too.
-    All,
-    /// Those with a tile or region, whether a pixel blends them or not.
-    Visible,
-    /// None: gradients alone are found.
-    None,
-    /// None, and their gradients become those by the pose of the camera (tracking).
-    Pose,
-}
-
-impl Updated {
-    /// How many of all Gaussians, of which some are visible.
-    pub fn of(self, all: u64, visible: u64) -> u64 {
-        match self {
-            Updated::All => all,
-            Updated::Visible => visible,
-            Updated::None | Updated::Pose => 0,
-        }
-    }
 }
 
 impl TrainSpec {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::work::RegionEntry;
-use crate::flow::tile_wise::alignment_of;
+use crate::flow::lists::alignment_of;
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;

@@ -9,7 +9,9 @@
 use rayon::prelude::*;
 
 use super::{Cut, Resident};
-use crate::flow::{Work, WorkKey};
+use crate::flow::{Work, WorkKey, WorkKind};
+use crate::workload::demand::Unbinnable;
+use powergs_base::budget::Budget;
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, Ellipse, Splat};
 use powergs_frame::trace::{Frame, NEVER};
@@ -54,7 +56,7 @@ impl RegionShape {
     pub fn key(&self) -> WorkKey {
         let RegionShape { width, height, cut, lanes, words, banks } = *self;
         let numbers = vec![width, height, cut as u32, lanes, words, banks];
-        WorkKey { flow: super::KEY, numbers }
+        WorkKey { kind: &Regions, numbers }
     }
 
     /// Cycles in which the lanes take some pixels, which fill one step after the other. A lane
@@ -68,13 +70,13 @@ impl RegionShape {
         full * step(self.lanes) + if last > 0 { step(last) } else { 0 }
     }
 
-    /// The shape of a key.
+    /// The shape of the numbers of a key.
     ///
     /// # Panics
-    /// On a key of another dataflow.
-    pub fn of(key: &WorkKey) -> RegionShape {
-        let [width, height, cut, lanes, words, banks] = key.numbers[..] else {
-            panic!("a key of {} has six numbers: {key}", super::KEY)
+    /// On those of another kind of work.
+    pub fn of(numbers: &[u32]) -> RegionShape {
+        let [width, height, cut, lanes, words, banks] = *numbers else {
+            panic!("a key of lists of regions has six numbers: {numbers:?}")
         };
         let cut = Cut::ALL.into_iter().find(|known| *known as u32 == cut);
         let cut = cut.expect("a key of a shape");
@@ -452,6 +454,25 @@ fn storage(frame: &Frame, of_splat: &[u32], rows: impl Fn(usize) -> u64) -> Vec<
         *block = sum;
     }
     all
+}
+
+/// Lists of regions.
+pub struct Regions;
+
+impl WorkKind for Regions {
+    fn name(&self) -> &'static str {
+        "lists of regions"
+    }
+
+    fn demand(&self, frame: &Frame, numbers: &[u32], budget: Budget) -> Result<u64, Unbinnable> {
+        let (pairs, bytes) = demand(frame, RegionShape::of(numbers));
+        budget.check(bytes).map_err(|over| Unbinnable::Memory { pairs, over })?;
+        if pairs > u64::from(u32::MAX) { Err(Unbinnable::Pairs(pairs)) } else { Ok(bytes) }
+    }
+
+    fn prepare(&self, frame: &Frame, numbers: &[u32]) -> Box<dyn Work> {
+        Box::new(ResidentFrame::new(frame, RegionShape::of(numbers)))
+    }
 }
 
 impl Work for ResidentFrame {

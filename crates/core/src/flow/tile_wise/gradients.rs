@@ -14,7 +14,6 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::lanes::LaneMap;
 use super::layout::AccessPattern;
 use super::resolved::ResolvedUnits;
 use super::vru::{ALPHA, FEATURE};
@@ -30,6 +29,7 @@ use crate::stage::{
     omit, part, share, sram_read, sram_write, stage_id, work, work_id,
 };
 use crate::workload::cache::{CacheShape, SumCache};
+use crate::workload::lanes::LaneMap;
 use crate::workload::order::{TileOrder, tiles};
 use crate::workload::{FrameWorkload, Geometry, TileWork};
 use powergs_base::quantity::Bytes;

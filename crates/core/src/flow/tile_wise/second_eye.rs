@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::lanes::LaneMap;
+use crate::workload::lanes::LaneMap;
 use crate::workload::{FrameWorkload, Geometry, STORAGE_BLOCK, StoragePrefix, TileList};
 use powergs_frame::splat::pixel::PixelAlpha;
 use powergs_frame::splat::{ALPHA_MIN, Splat};

@@ -9,9 +9,10 @@
 
 use rayon::prelude::*;
 
-use super::lanes::{Grain, LaneMap, Leaders, PixelReach, RowShare, TESTED_SIDE, TogetherUnits};
 use crate::flow::tile_wise::{Termination, VruImpl, VruSpec};
 use crate::kernel::MemoKey;
+pub use crate::workload::lanes::ChunkRun;
+use crate::workload::lanes::{Grain, LaneMap, Leaders, RowShare, TESTED_SIDE, TogetherUnits};
 use crate::workload::{ChunkWork, FrameWorkload};
 
 /// In which order units meet sub-tiles.
@@ -73,40 +74,6 @@ pub struct Discipline {
 impl MemoKey for Discipline {
     type Value = Vec<ChunkRun>;
     const MOST: usize = 32;
-}
-
-/// What a chunk takes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct ChunkRun {
-    /// Cycles until the last of its entries has left the feature buffer, right behind the chunk
-    /// before; with the last chunk of a tile, until the units are done.
-    pub cycles: u64,
-    /// The same where the queues are empty when it begins, but not more: entries that come sooner
-    /// may go to a sub-tile of which nobody knows yet that it has stopped.
-    pub alone: u64,
-    /// (entry, sub-tile) pairs that are executed.
-    pub pairs: u64,
-    /// Of these, of sub-tiles (or a tile) that had stopped and were not yet known to have.
-    pub vain: u64,
-    /// Entries that are read from the feature buffer.
-    pub reads: u64,
-    /// Entries that are pushed into queues.
-    pub queued: u64,
-    /// Changes of the pixel state from one sub-tile to another.
-    pub switches: u64,
-    /// Pixels that were worked on; `None` where pairs are whole sub-tiles.
-    pub reach: Option<PixelReach>,
-    /// Leader pixels that were tested, or rows that were looked for.
-    pub front: u64,
-}
-
-impl ChunkRun {
-    /// Adds pixels that were worked on.
-    pub(super) fn add(&mut self, reach: PixelReach) {
-        let all = self.reach.get_or_insert_default();
-        all.slots += reach.slots;
-        all.live += reach.live;
-    }
 }
 
 impl Discipline {

@@ -13,6 +13,7 @@ pub use super::pixels::{PixelSource, PixelsSpec, SamplePattern};
 use super::rules::UnitRules;
 pub use super::stereo::{StereoImpl, StereoSpec};
 pub use super::vru::{FoveaSpec, Termination, VruImpl, VruSpec};
+use crate::flow::lists::alignment_of;
 pub use crate::flow::steps::TrainingSpec;
 use crate::machine::{BufferSpec, Machine};
 use crate::workload::binning::ListShape;
@@ -240,14 +241,6 @@ pub enum FeatureSource {
     /// Nobody: a published count of bytes that has no writes for them. Reports say how many bytes
     /// are read so.
     Nobody,
-}
-
-/// Colour records are aligned to at most this: a burst of LPDDR memories, and a usual buffer word.
-const ALIGNMENT_MAX: u64 = 32;
-
-/// What colours at this distance are aligned to.
-pub(crate) fn alignment_of(pitch: u64) -> u64 {
-    1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2())
 }
 
 impl RecordSpec {

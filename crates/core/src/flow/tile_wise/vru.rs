@@ -26,8 +26,8 @@
 mod table;
 
 use super::{BufferSpecs, RecordSpec};
+use crate::flow::tile_wise::subtiles;
 use crate::flow::tile_wise::subtiles::{ChunkRun, Discipline};
-use crate::flow::tile_wise::{lanes, subtiles};
 use crate::kernel::bank::Banks;
 use crate::kernel::stream::{reads, writes};
 use crate::kernel::unit::Unit;
@@ -37,6 +37,7 @@ use crate::stage::{
     sram_write, stage_id, work, work_id,
 };
 use crate::workload::Geometry;
+use crate::workload::lanes::test_units;
 use crate::workload::{ChunkWork, PairWork, TileWork};
 use powergs_energy::action::{ActionCounts, ActionId, BufferId, Phase, StageId};
 
@@ -198,7 +199,7 @@ pub const FRONTS: StageDecl = StageDecl {
     units: Some(|m| {
         let vru = m.of_type::<VruSpec>();
         let of_core = match vru.implementation {
-            VruImpl::Leaders => lanes::test_units(m.of_type::<Geometry>().subtiles_per_side()),
+            VruImpl::Leaders => test_units(m.of_type::<Geometry>().subtiles_per_side()),
             VruImpl::Rows => vru.units_per_core,
             _ => 0,
         };

@@ -92,8 +92,8 @@ fn cached<K: std::hash::Hash + Eq, V>(
 /// The frames as a machine needs them.
 fn works(machine: &Machine) -> Arc<Vec<Box<dyn Work>>> {
     static ALL: Shared<WorkKey, Vec<Box<dyn Work>>> = LazyLock::new(Default::default);
-    let (flow, key) = (machine.flow(), machine.flow().work_key(machine));
-    cached(&ALL, key.clone(), || frames().iter().map(|f| flow.prepare(f, &key)).collect())
+    let key = machine.flow().work_key(machine);
+    cached(&ALL, key.clone(), || frames().iter().map(|frame| key.prepare(frame)).collect())
 }
 
 /// What decides what a machine takes over.

@@ -3,10 +3,10 @@
 
 use std::collections::VecDeque;
 
-use powergs_core::flow::tile_wise::lanes::PixelReach;
 use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
 use powergs_core::flow::tile_wise::{FoveaSpec, ResolvedUnits, Termination, VruImpl, VruSpec};
 use powergs_core::machine::Machine;
+use powergs_core::workload::lanes::PixelReach;
 use powergs_core::workload::{FrameWorkload, Geometry, bin_for};
 use powergs_frame::splat::{Intersection, Splat};
 

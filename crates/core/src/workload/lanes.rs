@@ -4,8 +4,7 @@
 //! pixels still want it is in the workload ([`Pixels`]). `docs/model-accel.md` has the rules in
 //! words (A128 to A131).
 
-use super::subtiles::ChunkRun;
-use crate::workload::{ChunkWork, FrameWorkload, Geometry, Pixels};
+use super::{ChunkWork, FrameWorkload, Geometry, Pixels};
 use powergs_frame::splat::pixel::spans;
 use powergs_frame::splat::{Ellipse, Splat};
 
@@ -15,6 +14,40 @@ pub const TESTED_SIDE: u32 = 2;
 /// Test units of a tile of `side` x `side` mini-tiles.
 pub fn test_units(side: u32) -> u32 {
     side.div_ceil(TESTED_SIDE).pow(2)
+}
+
+/// What a chunk takes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ChunkRun {
+    /// Cycles until the last of its entries has left the feature buffer, right behind the chunk
+    /// before; with the last chunk of a tile, until the units are done.
+    pub cycles: u64,
+    /// The same where the queues are empty when it begins, but not more: entries that come sooner
+    /// may go to a sub-tile of which nobody knows yet that it has stopped.
+    pub alone: u64,
+    /// (entry, sub-tile) pairs that are executed.
+    pub pairs: u64,
+    /// Of these, of sub-tiles (or a tile) that had stopped and were not yet known to have.
+    pub vain: u64,
+    /// Entries that are read from the feature buffer.
+    pub reads: u64,
+    /// Entries that are pushed into queues.
+    pub queued: u64,
+    /// Changes of the pixel state from one sub-tile to another.
+    pub switches: u64,
+    /// Pixels that were worked on; `None` where pairs are whole sub-tiles.
+    pub reach: Option<PixelReach>,
+    /// Leader pixels that were tested, or rows that were looked for.
+    pub front: u64,
+}
+
+impl ChunkRun {
+    /// Adds pixels that were worked on.
+    pub(crate) fn add(&mut self, reach: PixelReach) {
+        let all = self.reach.get_or_insert_default();
+        all.slots += reach.slots;
+        all.live += reach.live;
+    }
 }
 
 /// What all units of a core work on together.
@@ -52,7 +85,7 @@ pub struct Leaders {
 
 /// The test of one entry.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LeaderTest {
+pub(crate) struct LeaderTest {
     ellipse: Option<Ellipse>,
     is_spiky: bool,
     /// Cycles in which a test unit looks at the leaders of its mini-tiles.
@@ -65,7 +98,7 @@ pub(super) struct LeaderTest {
 const LEADERS: [u64; 2] = [4, 2];
 
 impl Leaders {
-    pub(super) fn test(&self, splat: &Splat) -> LeaderTest {
+    pub(crate) fn test(&self, splat: &Splat) -> LeaderTest {
         let is_spiky = is_spiky(splat, self.spiky_from);
         let leaders = u64::from(TESTED_SIDE.pow(2)) * LEADERS[usize::from(is_spiky)];
         let cycles = leaders.div_ceil(self.per_cycle);
@@ -84,7 +117,7 @@ fn is_spiky(splat: &Splat, ratio: u32) -> bool {
 
 impl LeaderTest {
     /// Whether the entry is for the mini-tile of `side` pixels at a corner.
-    pub(super) fn passes(&self, [x, y]: [u32; 2], side: u32) -> bool {
+    pub(crate) fn passes(&self, [x, y]: [u32; 2], side: u32) -> bool {
         let Some(ellipse) = &self.ellipse else { return false };
         let [x, y, far] = [x, y, side - 1].map(i64::from);
         let reaches = |dx, dy| ellipse.reaches(x + dx, y + dy);
@@ -140,7 +173,7 @@ impl<'a> LaneMap<'a> {
     }
 
     /// The splat at a list position.
-    pub(super) fn splat(&self, at: u32) -> &'a Splat {
+    pub(crate) fn splat(&self, at: u32) -> &'a Splat {
         &self.pixels.splats[self.list[at as usize] as usize]
     }
 
@@ -160,7 +193,7 @@ impl<'a> LaneMap<'a> {
     }
 
     /// Calls `each` with column and row of every pixel in which an entry blends.
-    pub(super) fn blends(&self, at: u32, mut each: impl FnMut(u32, u32)) {
+    pub(crate) fn blends(&self, at: u32, mut each: impl FnMut(u32, u32)) {
         for (y, span) in self.spans(at) {
             let Some(span) = span else { continue };
             for (x, _) in (span[0]..).zip(self.stops(y, span)).filter(|(_, stop)| **stop > at) {
@@ -170,7 +203,7 @@ impl<'a> LaneMap<'a> {
     }
 
     /// The sub-tile of a pixel.
-    pub(super) fn subtile(&self, geometry: &Geometry, x: u32, y: u32) -> usize {
+    pub(crate) fn subtile(&self, geometry: &Geometry, x: u32, y: u32) -> usize {
         let (column, row) = (x - self.area.0, y - self.area.1);
         let side = geometry.subtiles_per_side();
         (row / geometry.subtile * side + column / geometry.subtile) as usize
@@ -202,7 +235,7 @@ impl<'a> LaneMap<'a> {
     }
 
     /// All pixels of a square of `side` pixels at a corner, those outside of the image as stopped.
-    pub(super) fn square_at(&self, [x, y]: [u32; 2], side: u32, at: u32) -> PixelReach {
+    pub(crate) fn square_at(&self, [x, y]: [u32; 2], side: u32, at: u32) -> PixelReach {
         let (_, _, x1, y1) = self.area;
         // What is outside of the image has no stop to look up, and counts as stopped.
         let xs = [x.min(x1), (x + side).min(x1)];
@@ -298,7 +331,7 @@ impl<'a> LaneMap<'a> {
 
     /// What the chunks of the tile take of units that work together. Boxes are worked on up to list
     /// position `end`, and until it is known, `latency` cycles later.
-    pub(super) fn together(
+    pub(crate) fn together(
         &self,
         chunks: &[ChunkWork],
         &TogetherUnits { grain, lanes, recurrence, entries }: &TogetherUnits,
