@@ -21,7 +21,7 @@
 //!
 //! **Pixels that are known** (`pixels.source`; A141, A142). Where pixels are moved from the frame
 //! before, CCUs begin when all are: what is rendered is known then. Colours that are found are
-//! fetched beside everything else.
+//! fetched beside the cores.
 //!
 //! **Gradients** (`training`; A146). Where tiles are taken in reverse as soon as they are rendered,
 //! a gradient unit is behind each core; rendering units do not begin a tile while two wait for it.
@@ -58,7 +58,7 @@ use crate::flow::tile_wise::gradients::{GRU, GradientWork};
 use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
-use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles};
+use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles, LooksAgain};
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
 use crate::flow::tile_wise::pixels::PXU;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
@@ -265,17 +265,25 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
         }
         let Agents { gradients, work, .. } = &mut *self.agents;
         let work = work.as_ref().expect("units have something to do");
-        gradients[agent - of_frame].step(now, work, shared)
+        let next = gradients[agent - of_frame].step(now, work, shared);
+        if shared.handed.as_ref().is_some_and(HandedTiles::is_over) {
+            gradients.iter_mut().for_each(|unit| unit.rest(now, shared.observer));
+        }
+        next
     }
 
     /// Cores act after CCUs in the same cycle.
     #[inline]
     fn woken(&mut self) -> Option<Range<usize>> {
         let (ccus, rendering) = (self.agents.ccus.len(), self.agents.rendering());
-        if self.shared.handed.as_mut().is_some_and(HandedTiles::take_change) {
-            // A mark that is left would wake the cores once more for the same growth.
-            self.shared.lists.take_growth();
-            return Some(ccus..self.agents.all());
+        if let Some(again) = self.shared.handed.as_mut().and_then(HandedTiles::take_change) {
+            let units = self.agents.of_frame();
+            return match again {
+                LooksAgain::Unit(core) => Some(units + core..units + core + 1),
+                LooksAgain::Core(core) => {
+                    self.agents.cores[core].has_chunks().then_some(ccus + core..ccus + core + 1)
+                }
+            };
         }
         self.shared.lists.take_growth().then_some(ccus..rendering)
     }
