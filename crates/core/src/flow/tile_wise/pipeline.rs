@@ -104,6 +104,8 @@ struct Shared<'a, O> {
     next_batch: u32,
     next_job: u32,
     lists: ListCompletion,
+    /// Cycle in which the last spilled keys are written, as far as it is known.
+    spilled: u64,
     /// Tiles between rendering units and gradient units, where these take them at once.
     handed: Option<HandedTiles>,
     /// Checks the results of unit rules from outside the crate.
@@ -342,6 +344,7 @@ pub(crate) fn run<O: Observer>(
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),
+        spilled: 0,
         handed: work
             .as_ref()
             .filter(|work| work.is_behind())
@@ -382,7 +385,8 @@ pub(crate) fn run<O: Observer>(
         }
     };
     let known = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
-    let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end.max(known), u64::max);
+    let before = preprocessing_end.max(known).max(shared.spilled);
+    let frame = agents.cores.iter().map(|c| c.end).fold(before, u64::max);
     let (mut end, mut step) = (frame, None);
     if agents.work.is_some() {
         agents.account(frame, shared.observer);
