@@ -12,6 +12,7 @@ mod gpu;
 mod gradients;
 mod kept_lists;
 mod knobs;
+mod oracle_blocks;
 mod oracle_memory;
 mod pairs;
 mod paper;
