@@ -60,7 +60,7 @@ impl HandedTiles {
         self.done == self.all
     }
 
-    /// Who has to look again; asks once. Nobody else is woken: a core that is woken without need
+    /// Who has to look again; asks once. No other agent is woken: a core that is woken without need
     /// would be taken to work until then.
     pub(super) fn take_change(&mut self) -> Option<LooksAgain> {
         self.changed.take()
@@ -168,7 +168,7 @@ pub(super) fn follow<'a, O: Observer>(
     frame: u64,
     shared: &mut Shared<'a, O>,
 ) -> StepEnds {
-    // Nobody renders any more, and what comes now are no tiles.
+    // Rendering is over, and what comes now are no tiles.
     shared.handed = None;
     let which = agents.of_frame()..agents.all();
     let mut end = frame;

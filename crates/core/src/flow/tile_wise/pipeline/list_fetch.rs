@@ -289,7 +289,7 @@ fn spill_keys<O: Observer>(
         // (A34).
         let pattern = |layout: &Layout| layout.spill(core, overflow);
         let out = shared.issue(now, owner, SPILL_OUT, overflow, pattern);
-        // A frame ends no earlier than its last write, for which nobody waited.
+        // A frame ends no earlier than its last write, which is not waited for.
         shared.spilled = shared.spilled.max(shared.memory.known_end(out));
         shared.issue(now, owner, SPILL_IN, overflow, pattern)
     })
