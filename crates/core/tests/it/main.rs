@@ -6,6 +6,7 @@ mod clusters;
 mod codebook;
 mod config;
 mod contract;
+mod coverage;
 mod energy;
 mod foveated;
 mod gpu;

@@ -8,7 +8,7 @@ use powergs_core::flow::tile_wise::measures::{self, CacheKey};
 use powergs_core::flow::tile_wise::pixels::SomePixels;
 use powergs_core::flow::tile_wise::second_eye::{FirstView, derived, shared};
 use powergs_core::flow::tile_wise::{
-    Fetch, FoveaSpec, FrameContext, GsuImpl, Overlap, PixelSource, SamplePattern,
+    FeatureSource, Fetch, FoveaSpec, FrameContext, GsuImpl, Overlap, PixelSource, SamplePattern,
     StereoImpl, Termination, VruImpl,
 };
 use powergs_core::flow::{FrameTask, History};
@@ -57,6 +57,10 @@ pub fn machine(seed: u64) -> Machine {
     dice.cache(&mut machine);
     let m = machine.tiles_mut();
     m.record.position.0 = m.record.position.0.max(1);
+    if m.ccu.fetch != Fetch::LazyColour && dice.roll(0, 2) > 0 {
+        m.record.feature_source = FeatureSource::Ccu;
+        m.record.projected = m.record.feature;
+    }
     if m.stereo.implementation != StereoImpl::Shared && dice.roll(0, 2) == 0 {
         m.ccu.clusters = dice.pick(&[32, 64]);
         m.ccu.cluster = Bytes(u64::from(dice.roll(1, 40)));
