@@ -27,7 +27,7 @@ pub mod blocks;
 pub mod cache;
 mod check;
 pub mod rops;
-mod stages;
+pub mod stages;
 mod tables;
 pub mod warps;
 

@@ -1,6 +1,8 @@
 //! GPUs: warps thread by thread, the cache entry by entry, multiprocessors in small steps, and the
 //! laws of every dataflow.
 
+pub mod frame;
+
 use std::collections::VecDeque;
 
 use powergs_base::config::embedded::MACHINES;

@@ -183,7 +183,7 @@ fn regions_are_those_of_a_count_pixel_by_pixel() {
 }
 
 /// How many random machines step through random frames, and with `RUN_SLOW_TESTS=1`.
-const CASES: [u64; 2] = [500, 5000];
+pub const CASES: [u64; 2] = [500, 5000];
 
 /// A setting of a random machine: its key, and the values that it may have.
 type Choice = (&'static str, &'static [&'static str]);
@@ -294,19 +294,31 @@ fn run(machine: &Machine, work: &ResidentFrame, memo: &Memo) -> Option<FlowOutco
     machine.flow().run(&FrameTask::first(machine, work, memo), None).ok()
 }
 
+/// A random machine and its frame; what was drawn may contradict itself, or not fit.
+fn case(seed: u64, sets: &[String]) -> Option<(Machine, ResidentFrame)> {
+    let machine = machine(sets).ok()?;
+    let frame = small_frame(seed % 50);
+    let work =
+        ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine).numbers));
+    let memo = Memo::default();
+    machine.flow().fits(&FrameTask::first(&machine, &work, &memo)).ok()?;
+    Some((machine, work))
+}
+
+/// The machine that the oracle steps through with this seed, if there is one.
+pub fn stepped_machine(seed: u64) -> Option<Machine> {
+    let sets = settings(&mut Pcg64Mcg::seed_from_u64(seed));
+    case(seed, &sets).map(|(machine, _)| machine)
+}
+
 /// Compares a frame on a machine with the oracle, alone and with what another machine left in the
 /// memo; the symbols of states that came up.
 fn compare(seed: u64) -> Option<String> {
     let mut dice = Pcg64Mcg::seed_from_u64(seed);
     let sets = settings(&mut dice);
-    // What was drawn may contradict itself.
-    let machine = machine(&sets).ok()?;
-    let frame = small_frame(seed % 50);
-    let work =
-        ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine).numbers));
+    let (machine, work) = case(seed, &sets)?;
     let memo = Memo::default();
     let task = FrameTask::first(&machine, &work, &memo);
-    machine.flow().fits(&task).ok()?;
     let mut timeline = Timeline::default();
     let observer = Some(&mut timeline as &mut dyn powergs_core::kernel::timeline::Observer);
     let alone = machine.flow().run(&task, observer).expect("it fits");

@@ -353,7 +353,8 @@ impl Ccu {
     /// The largest batch of a pass, as far as it is known before anything of it is read.
     pub fn largest(&self, pass: Pass) -> Batch {
         let records = u64::from(self.batch);
-        let bounds = if self.spec.clusters > 0 { self.spec.cluster.0 } else { 0 };
+        let tests = self.spec.clusters > 0 && pass != Pass::Scatter;
+        let bounds = if tests { self.spec.cluster.0 } else { 0 };
         // At least one bound is read at a time, even if it is larger than the positions of a batch.
         let records = records.max(bounds.div_ceil(self.reads[0].max(1)));
         let splats = if pass == Pass::Scatter { records } else { 0 };

@@ -21,7 +21,7 @@
 //!
 //! **Pixels that are known** (`pixels.source`; A141, A142). Where pixels are moved from the frame
 //! before, CCUs begin when all are: what is rendered is known then. Colours that are found are
-//! fetched beside everything else.
+//! fetched beside the cores.
 //!
 //! **Gradients** (`training`; A146). Where tiles are taken in reverse as soon as they are rendered,
 //! a gradient unit is behind each core; rendering units do not begin a tile while two wait for it.
@@ -57,7 +57,7 @@ use crate::flow::tile_wise::gradients::{GRU, GradientWork};
 use crate::flow::tile_wise::layout::{AccessPattern, Layout};
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
-use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles};
+use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles, LooksAgain};
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
 use crate::flow::tile_wise::pixels::PXU;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
@@ -104,6 +104,8 @@ struct Shared<'a, O> {
     next_batch: u32,
     next_job: u32,
     lists: ListCompletion,
+    /// Cycle in which the last spilled keys are written, as far as it is known.
+    spilled: u64,
     /// Tiles between rendering units and gradient units, where these take them at once.
     handed: Option<HandedTiles>,
     /// Checks the results of unit rules from outside the crate.
@@ -265,17 +267,25 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
         }
         let Agents { gradients, work, .. } = &mut *self.agents;
         let work = work.as_ref().expect("units have something to do");
-        gradients[agent - of_frame].step(now, work, shared)
+        let next = gradients[agent - of_frame].step(now, work, shared);
+        if shared.handed.as_ref().is_some_and(HandedTiles::is_over) {
+            gradients.iter_mut().for_each(|unit| unit.rest(now, shared.observer));
+        }
+        next
     }
 
     /// Cores act after CCUs in the same cycle.
     #[inline]
     fn woken(&mut self) -> Option<Range<usize>> {
         let (ccus, rendering) = (self.agents.ccus.len(), self.agents.rendering());
-        if self.shared.handed.as_mut().is_some_and(HandedTiles::take_change) {
-            // A mark that is left would wake the cores once more for the same growth.
-            self.shared.lists.take_growth();
-            return Some(ccus..self.agents.all());
+        if let Some(again) = self.shared.handed.as_mut().and_then(HandedTiles::take_change) {
+            let units = self.agents.of_frame();
+            return match again {
+                LooksAgain::Unit(core) => Some(units + core..units + core + 1),
+                LooksAgain::Core(core) => {
+                    self.agents.cores[core].has_chunks().then_some(ccus + core..ccus + core + 1)
+                }
+            };
         }
         self.shared.lists.take_growth().then_some(ccus..rendering)
     }
@@ -334,6 +344,7 @@ pub(crate) fn run<O: Observer>(
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),
+        spilled: 0,
         handed: work
             .as_ref()
             .filter(|work| work.is_behind())
@@ -374,7 +385,8 @@ pub(crate) fn run<O: Observer>(
         }
     };
     let known = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
-    let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end.max(known), u64::max);
+    let before = preprocessing_end.max(known).max(shared.spilled);
+    let frame = agents.cores.iter().map(|c| c.end).fold(before, u64::max);
     let (mut end, mut step) = (frame, Measured::default());
     if agents.work.is_some() {
         agents.account(frame, shared.observer);

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use powergs_core::flow::tile_wise::subtiles::{ChunkRun, runs};
+use powergs_core::flow::tile_wise::subtiles::{self, ChunkRun};
 use powergs_core::flow::tile_wise::{FoveaSpec, ResolvedUnits, Termination, VruImpl, VruSpec};
 use powergs_core::machine::Machine;
 use powergs_core::workload::lanes::PixelReach;
@@ -51,6 +51,15 @@ fn reaches_row(splat: &Splat, y: u32) -> bool {
     let (level, [c0, c1, c2]) = level(splat);
     let dy = f64::from(y) - f64::from(splat.mean[1]);
     (c2 - c1 * c1 / c0) * dy * dy <= level
+}
+
+/// What the chunks of a tile take.
+pub fn runs(workload: &FrameWorkload, vru: &VruSpec, tile: usize) -> Vec<ChunkRun> {
+    let tile = Tile::new(workload, vru, tile);
+    match vru.implementation {
+        VruImpl::Leaders | VruImpl::Rows => tile.queued(),
+        _ => tile.counted(),
+    }
 }
 
 impl<'a> Tile<'a> {
@@ -313,6 +322,11 @@ impl<'a> Tile<'a> {
         let (x0, y0, ..) = self.workload.pixels_of(self.tile);
         let lanes = u64::from(self.vru.units_per_core);
         let recurrence = u64::from(self.vru.recurrence);
+        // As many entries of one pixel are put together at a time.
+        let at_once = match self.vru.implementation {
+            VruImpl::Pixels => u64::from(self.vru.entries_per_cycle),
+            _ => 1,
+        };
         let end = self.end(0);
         let (mut found, mut now, mut all, mut done) = (Vec::new(), 0u64, 0u64, 0u64);
         let entries: Vec<usize> = (0..self.entries.len()).collect();
@@ -377,9 +391,10 @@ impl<'a> Tile<'a> {
             }
             if self.vru.implementation != VruImpl::Box {
                 let busiest = visits.values().copied().max().unwrap_or(0);
-                now += (all.div_ceil(lanes) - before.div_ceil(lanes)).max(busiest * recurrence);
+                let lanes = all.div_ceil(lanes) - before.div_ceil(lanes);
+                now += lanes.max(busiest.div_ceil(at_once) * recurrence);
             }
-            run.cycles = (now - start).max(chunk.len() as u64);
+            run.cycles = (now - start).max((chunk.len() as u64).div_ceil(at_once));
             found.push(ChunkRun { alone: run.cycles, ..run });
         }
         found
@@ -417,6 +432,7 @@ fn machine(dice: &mut Dice, way: VruImpl) -> Machine {
     vru.leaders_per_cycle = dice.pick(&[4, 8, 64]);
     vru.spiky_from = dice.pick(&[1, 2, 3, 65536]);
     vru.pixels_per_unit = dice.pick(&[1, 2, 4]);
+    vru.entries_per_cycle = dice.pick(&[1, 1, 3]);
     vru.units_per_core = match way {
         VruImpl::Leaders => m.geometry.subtiles() * dice.pick(&[1, 2]),
         VruImpl::Rows => dice.pick(&[1, 3, 8]),
@@ -437,13 +453,9 @@ fn what_entries_reach_takes_what_it_takes_cycle_by_cycle() {
         let frame = small_frame(seed);
         let workload = bin_for(&frame, machine.tiles().geometry, machine.tiles().detail());
         let units = ResolvedUnits::new(&machine);
-        let found = runs(&workload, &units.vru.discipline.expect("a discipline"));
-        let tile = |tile| Tile::new(&workload, &machine.tiles().vru, tile);
+        let found = subtiles::runs(&workload, &units.vru.discipline.expect("a discipline"));
         let stepped: Vec<ChunkRun> = (0..workload.tiles.len())
-            .flat_map(|t| match way {
-                VruImpl::Leaders | VruImpl::Rows => tile(t).queued(),
-                _ => tile(t).counted(),
-            })
+            .flat_map(|tile| runs(&workload, &machine.tiles().vru, tile))
             .collect();
         assert_eq!(found.len(), workload.chunks.len());
         for (k, (ours, theirs)) in found.iter().zip(&stepped).enumerate() {

@@ -274,6 +274,24 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
     w
 }
 
+/// Records that are read where clusters of which nobody survives are not.
+fn live_records(w: &FrameWorkload, machine: &Machine) -> Vec<u32> {
+    let points = w.counters.points as u32;
+    let size = machine.tiles().ccu.clusters;
+    if size == 0 || w.storage.is_empty() {
+        return (0..points).collect();
+    }
+    let survivors = |record: u32| match record.div_ceil(STORAGE_BLOCK as u32) {
+        0 => 0,
+        blocks => w.storage[(blocks as usize).min(w.storage.len()) - 1].survivors,
+    };
+    let lives = |&record: &u32| {
+        let first = record / size * size;
+        survivors(first) < survivors((first + size).min(points))
+    };
+    (0..points).filter(lives).collect()
+}
+
 /// A source of small random machines and workloads.
 pub struct Dice(Pcg64Mcg);
 
@@ -547,6 +565,31 @@ impl Dice {
         other
     }
 
+    /// Clusters of Gaussians in every third machine, some of which nobody sees.
+    pub fn clusters(&mut self, w: &mut FrameWorkload, machine: &mut Machine) {
+        if self.roll(0, 2) > 0 || w.counters.survivors == 0 {
+            return;
+        }
+        let m = machine.tiles_mut();
+        // Bounds are measured in positions, of which no checked machine has none.
+        m.record.position.0 = m.record.position.0.max(1);
+        let ccu = &mut m.ccu;
+        ccu.clusters = self.pick(&[32, 32, 64, 96]);
+        ccu.cluster = Bytes(u64::from(self.roll(1, 40)));
+        let Some(&all) = w.storage.last() else { return };
+        // Nothing of a block is counted of which nobody survives.
+        let (mut before, mut last) = (StoragePrefix::default(), None);
+        for (i, block) in w.storage.iter_mut().enumerate() {
+            let lives = self.roll(0, 1) == 1;
+            match lives && block.survivors > before.survivors {
+                true => (before, last) = (*block, Some(i)),
+                false => *block = before,
+            }
+        }
+        let last = last.unwrap_or(self.roll(0, w.storage.len() as u32 - 1) as usize);
+        w.storage[last..].fill(all);
+    }
+
     /// Lists with pointers in every second frame that can have them.
     pub fn lists(
         &mut self,
@@ -558,10 +601,20 @@ impl Dice {
         if has_order || splats == 0 || self.roll(0, 1) == 0 {
             return None;
         }
+        let live = live_records(w, machine);
         for rank in 0..w.slot.len() {
             w.slot[rank] = self.roll(0, splats - 1);
-            w.index[rank] = self.roll(0, points - 1);
+            let index = self.roll(0, points - 1);
+            // What has a tile is in a cluster of which something survives.
+            w.index[rank] =
+                if live.contains(&index) { index } else { live[index as usize % live.len()] };
         }
+        self.binning(machine);
+        machine.tiles().list_shape().map(|shape| ListWrites::new(w, shape))
+    }
+
+    /// Lists with pointers.
+    pub fn binning(&mut self, machine: &mut Machine) {
         let can_count = machine.tiles().schedule.overlap == Overlap::None;
         let (entry, line) = (machine.tiles().list_entry(), self.pick(&[16, 32, 64]));
         let buffer = |dice: &mut Self, unit: u64| BufferSpec {
@@ -583,7 +636,6 @@ impl Dice {
             partial: self.pick(&[PartialWrite::Masked, PartialWrite::ReadModifyWrite]),
             block: Bytes(line * self.pick(&[1, 4])),
         };
-        machine.tiles().list_shape().map(|shape| ListWrites::new(w, shape))
     }
 
     /// Sort groups with the lists of their tiles.

@@ -59,6 +59,11 @@ impl Core {
         }
     }
 
+    /// Whether chunks wait for its rendering units.
+    pub(crate) fn has_chunks(&self) -> bool {
+        !self.features.is_empty()
+    }
+
     /// Processes the events of cycle `now`; returns the cycle of its next own event.
     pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
         // Room is given back before anything asks for it, so that it is used again in the same

@@ -20,8 +20,17 @@ pub(super) struct HandedTiles {
     /// Tiles of the frame, and those that are done.
     all: usize,
     done: usize,
-    /// Whether somebody has to look again.
-    changed: bool,
+    /// Who has to look again.
+    changed: Option<LooksAgain>,
+}
+
+/// Who has to look again at tiles that were handed on, or are done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LooksAgain {
+    /// The gradient unit of a core, which has one more tile.
+    Unit(usize),
+    /// A core that may have been held.
+    Core(usize),
 }
 
 /// Tiles of a core that are kept at a time: one that is rendered, one whose gradients are found.
@@ -31,7 +40,7 @@ impl HandedTiles {
     /// For a frame of so many tiles.
     pub(super) fn new(cores: usize, all: usize) -> HandedTiles {
         let (handed, waiting) = (vec![Vec::new(); cores], vec![0; cores]);
-        HandedTiles { handed, waiting, all, done: 0, changed: false }
+        HandedTiles { handed, waiting, all, done: 0, changed: None }
     }
 
     /// Whether a core may begin a tile.
@@ -43,12 +52,18 @@ impl HandedTiles {
     pub(super) fn hand(&mut self, core: u32, tile: u32) {
         self.handed[core as usize].push(tile);
         self.waiting[core as usize] += 1;
-        self.changed = true;
+        self.changed = Some(LooksAgain::Unit(core as usize));
     }
 
-    /// Whether somebody has to look again; asks once.
-    pub(super) fn take_change(&mut self) -> bool {
-        std::mem::take(&mut self.changed)
+    /// Whether all tiles of the frame are done.
+    pub(super) fn is_over(&self) -> bool {
+        self.done == self.all
+    }
+
+    /// Who has to look again; asks once. No other agent is woken: a core that is woken without need
+    /// would be taken to work until then.
+    pub(super) fn take_change(&mut self) -> Option<LooksAgain> {
+        self.changed.take()
     }
 }
 
@@ -111,16 +126,25 @@ impl GradientUnit {
         );
         if let Some(handed) = handed {
             let left = self.stream.left();
-            // Only a core that was held has to look again.
             handed.done += handed.waiting[core].saturating_sub(left);
             if left == 0 && handed.done < handed.all {
                 // Its core has not rendered the next one.
                 self.stream.account.is(State::Stalled(Stall::INPUT));
             }
-            handed.changed |= left < KEPT_TILES && handed.waiting[core] >= KEPT_TILES;
+            if left < KEPT_TILES && handed.waiting[core] >= KEPT_TILES {
+                handed.changed = Some(LooksAgain::Core(core));
+            }
             handed.waiting[core] = left;
         }
         next
+    }
+
+    /// No tile will come any more: whoever waits for one has no work.
+    pub(super) fn rest(&mut self, now: u64, observer: &mut impl Observer) {
+        if self.stream.left() == 0 {
+            self.stream.account.up_to(now, observer);
+            self.stream.account.is(State::Idle);
+        }
     }
 
     /// Takes up a part of a step.
@@ -144,6 +168,8 @@ pub(super) fn follow<'a, O: Observer>(
     frame: u64,
     shared: &mut Shared<'a, O>,
 ) -> StepEnds {
+    // Rendering is over, and what comes now are no tiles.
+    shared.handed = None;
     let which = agents.of_frame()..agents.all();
     let mut end = frame;
     StepPart::ALL.map(|part| {

@@ -288,7 +288,9 @@ fn spill_keys<O: Observer>(
         // The memory takes both requests in this order, so that nothing has to wait for the write
         // (A34).
         let pattern = |layout: &Layout| layout.spill(core, overflow);
-        shared.issue(now, owner, SPILL_OUT, overflow, pattern);
+        let out = shared.issue(now, owner, SPILL_OUT, overflow, pattern);
+        // A frame ends no earlier than its last write, which is not waited for.
+        shared.spilled = shared.spilled.max(shared.memory.known_end(out));
         shared.issue(now, owner, SPILL_IN, overflow, pattern)
     })
 }

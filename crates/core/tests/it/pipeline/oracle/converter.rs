@@ -1,9 +1,13 @@
 //! A CCU, counting down.
 
+use std::ops::Range;
+
+use powergs_core::flow::tile_wise::FrameContext;
 use powergs_core::flow::tile_wise::batch::{Batch, Pass};
 use powergs_core::flow::tile_wise::ccu::Ccu;
 use powergs_core::flow::tile_wise::traffic::pairs_written;
 use powergs_core::kernel::Unit;
+use powergs_core::workload::FrameWorkload;
 
 use super::{Frame, Memory, digit};
 use crate::oracle_memory::Ticket;
@@ -66,29 +70,97 @@ pub struct Converter {
     output_used: u64,
 }
 
-/// How often the records are gone through.
-fn passes(frame: &Frame) -> usize {
-    1 + usize::from(frame.given.lists.is_some_and(|lists| lists.counts_first()))
+/// What the CCUs do in the passes over the records, batch by batch.
+pub struct Work {
+    pub batches: Vec<Batch>,
+    /// How many of them are of the first pass.
+    pub first_pass: usize,
 }
 
-/// Batches of one pass.
-fn of_pass(frame: &Frame) -> usize {
-    let c = &frame.workload.counters;
-    // Pairs without points cannot be, but would still be written.
-    let orphans = c.points == 0 && pairs_written(frame.workload, &frame.given) > 0;
-    c.points.div_ceil(u64::from(frame.design.ccu.batch)) as usize + usize::from(orphans)
-}
+impl Work {
+    pub fn new(workload: &FrameWorkload, ccu: &Ccu, given: &FrameContext) -> Work {
+        let counts = given.lists.is_some_and(|lists| lists.counts_first());
+        let passes: &[Pass] = if counts { &[Pass::Count, Pass::Scatter] } else { &[Pass::Whole] };
+        let mut work = Work { batches: Vec::new(), first_pass: 0 };
+        for &pass in passes {
+            work.add_pass(workload, ccu, given, pass);
+            if pass == passes[0] {
+                work.first_pass = work.batches.len();
+            }
+        }
+        work
+    }
 
-/// Batches of all passes.
-pub fn batches(frame: &Frame) -> usize {
-    passes(frame) * of_pass(frame)
+    /// Records in storage order, so many at a time. Where they are in clusters, the bound of each
+    /// is tested before it (and, with it, those of the next ones), and records of those of which
+    /// nobody survives are left out. The second pass knows who survives.
+    fn add_pass(&mut self, workload: &FrameWorkload, ccu: &Ccu, given: &FrameContext, pass: Pass) {
+        let points = workload.counters.points;
+        if points == 0 {
+            // Pairs without points cannot be, but would still be written.
+            let [survivors, prepared, tests, splats, pairs, lookups] = until(workload, given, 0);
+            let lists = given.lists.map(|lists| lists.part(pass == Pass::Count, 0, 0));
+            let counts = Batch { survivors, prepared, tests, splats, pairs, ..Batch::default() };
+            let orphans = Batch { lookups, pass, lists, ..counts };
+            self.batches.extend((pairs > 0).then_some(orphans));
+            return;
+        }
+        // Who survives where may not be known: then there are no bounds.
+        let size = match (ccu.spec.clusters, workload.storage.is_empty()) {
+            (0, _) | (_, true) => points,
+            (size, false) => u64::from(size),
+        };
+        let clusters: Vec<Range<u64>> =
+            (0..points).step_by(size as usize).map(|at| at..(at + size).min(points)).collect();
+        let bounded = size != points || ccu.spec.clusters > 0 && !workload.storage.is_empty();
+        let survivors = |at: u64| until(workload, given, at)[0];
+        let lives = |all: &Range<u64>| !bounded || survivors(all.start) < survivors(all.end);
+        let last = clusters.iter().rposition(lives);
+        let (mut tested, mut seen) = (0, [0; 6]);
+        // As many bytes of bounds at a time as a batch has of positions.
+        let at_once = ccu.cluster_tests().max(1) as usize;
+        for (i, cluster) in clusters.iter().enumerate() {
+            if bounded && pass != Pass::Scatter && i == tested {
+                let n = at_once.min(clusters.len() - i);
+                let (first, clusters) = (i as u64, n as u64);
+                self.batches.push(Batch { first, clusters, pass, ..Batch::default() });
+                tested += n;
+            }
+            if !lives(cluster) {
+                continue;
+            }
+            for from in cluster.clone().step_by(ccu.batch as usize) {
+                let to = (from + u64::from(ccu.batch)).min(cluster.end);
+                let now = until(workload, given, to);
+                // What is left of lists on chip goes out with the last record that is read.
+                let behind = if Some(i) == last && to == cluster.end { points } else { to };
+                let count = pass == Pass::Count;
+                self.batches.push(Batch {
+                    clusters: 0,
+                    first: from,
+                    records: to - from,
+                    survivors: now[0] - seen[0],
+                    prepared: now[1] - seen[1],
+                    tests: now[2] - seen[2],
+                    splats: now[3] - seen[3],
+                    pairs: now[4] - seen[4],
+                    lookups: now[5] - seen[5],
+                    first_splat: seen[3],
+                    first_pair: seen[4],
+                    pass,
+                    lists: given.lists.map(|lists| lists.part(count, from, behind)),
+                });
+                seen = now;
+            }
+        }
+    }
 }
 
 /// Counters of the first `end` records: survivors, prepared, tests, splats, pairs, lookups. Whole
 /// blocks are known; in a block each counter X of n records grows as `floor(X e / n)`.
-fn until(frame: &Frame, end: u64) -> [u64; 6] {
-    let (w, c) = (frame.workload, &frame.workload.counters);
-    let pairs = pairs_written(w, &frame.given);
+fn until(w: &FrameWorkload, given: &FrameContext, end: u64) -> [u64; 6] {
+    let c = &w.counters;
+    let pairs = pairs_written(w, given);
     let lookups = w.fovea.as_ref().map_or(0, |fovea| fovea.counters.lookups);
     let all = [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, pairs, lookups];
     if end >= c.points {
@@ -111,38 +183,14 @@ fn until(frame: &Frame, end: u64) -> [u64; 6] {
     for i in 0..6 {
         sum[i] = low[i] + (high[i] - low[i]) * (end % 32) / size;
     }
+    // Of each batch the same share of its pairs is written, or of its records where it has none.
     if pairs != c.tile_pairs {
-        sum[4] = sum[4] * pairs / c.tile_pairs;
+        sum[4] = match c.tile_pairs {
+            0 => pairs * end / c.points,
+            all => sum[4] * pairs / all,
+        };
     }
     sum
-}
-
-fn batch(frame: &Frame, index: usize) -> Batch {
-    let size = u64::from(frame.design.ccu.batch);
-    let pass = match (passes(frame), index / of_pass(frame)) {
-        (1, _) => Pass::Whole,
-        (_, 0) => Pass::Count,
-        (_, _) => Pass::Scatter,
-    };
-    let from = (index % of_pass(frame)) as u64 * size;
-    let to = (from + size).min(frame.workload.counters.points);
-    let (before, after) = (until(frame, from), until(frame, to));
-    let first = if frame.workload.counters.points == 0 { [0; 6] } else { before };
-    Batch {
-        clusters: 0,
-        first: from,
-        records: to - from,
-        survivors: after[0] - first[0],
-        prepared: after[1] - first[1],
-        tests: after[2] - first[2],
-        splats: after[3] - first[3],
-        pairs: after[4] - first[4],
-        lookups: after[5] - first[5],
-        first_splat: first[3],
-        first_pair: first[4],
-        pass,
-        lists: frame.given.lists.map(|lists| lists.part(pass == Pass::Count, from, to)),
-    }
 }
 
 impl Converter {
@@ -172,13 +220,13 @@ impl Converter {
             let done = memory.is_done(ticket, now);
             self.output_used -= if done { bytes } else { 0 };
             if done {
-                frame.written.insert(index, batch(frame, index).splats);
+                frame.written.insert(index, frame.work.batches[index].splats);
             }
             !done
         });
         while let Some(&(0, index, bytes)) = self.pipe.first() {
             // In order: while one waits for what it reads, so do those behind it.
-            let b = batch(frame, index);
+            let b = frame.work.batches[index];
             let back = b.lists.map_or(0, |lists| lists.read);
             match self.writes.last() {
                 Some((Leaving::Back(ticket), ..)) if !memory.is_done(*ticket, now) => break,
@@ -236,17 +284,25 @@ impl Converter {
             }
         }
         let places = self.held.len() < ccu.spec.queue as usize;
-        if *next == of_pass(frame) && now < frame.second_pass {
+        if *next == frame.work.first_pass && now < frame.second_pass {
             return;
         }
-        if *next < batches(frame) && places {
-            let batch = batch(frame, *next);
-            // It must have room for a whole batch of which everything may be needed.
+        if *next < frame.work.batches.len() && places {
+            let batch = frame.work.batches[*next];
+            // It must have room for a whole batch of which everything may be needed, or for a
+            // bound where that is larger than its positions.
+            let most = u64::from(ccu.batch);
             let largest = match batch.pass {
-                Pass::Scatter => {
-                    Batch { splats: u64::from(ccu.batch), pass: Pass::Scatter, ..Batch::default() }
+                Pass::Scatter => Batch { splats: most, pass: Pass::Scatter, ..Batch::default() },
+                pass => {
+                    let mut records = most;
+                    let bound = if ccu.spec.clusters > 0 { ccu.spec.cluster.0 } else { 0 };
+                    let one = Batch { records: 1, pass, ..Batch::default() };
+                    while ccu.read(&one, 0) > 0 && records * ccu.read(&one, 0) < bound {
+                        records += 1;
+                    }
+                    Batch { records, pass, ..Batch::default() }
                 }
-                _ => Batch { records: u64::from(ccu.batch), ..Batch::default() },
             };
             let (index, reads, room) = (*next, 0, 0);
             self.held.push(Held { index, batch: largest, reads, waits_for: None, room });

@@ -15,6 +15,7 @@ use powergs_core::workload::ChunkWork;
 use powergs_energy::flops::colour_share;
 use powergs_frame::scene::ShDegree;
 
+use super::gradients::Gru;
 use super::{Frame, Memory, digit};
 use crate::oracle_memory::Ticket;
 
@@ -97,6 +98,10 @@ pub struct Core {
     middle: Option<Middle>,
     chunks: VecDeque<Chunk>,
     rendering: Option<Chunk>,
+    /// Whether it has begun a tile that is not over.
+    in_tile: bool,
+    /// Whether the next tile waits for gradients of tiles before.
+    is_held: bool,
     /// Cycles since the last chunk was rendered.
     waited: u64,
     sorts: VecDeque<Sorting>,
@@ -136,7 +141,15 @@ impl Core {
             && self.posted.iter().all(|&ticket| memory.is_done(ticket, now))
     }
 
-    pub fn step(&mut self, now: u64, frame: &Frame, next: &mut usize, memory: &mut Memory) {
+    /// `behind` is the gradient unit that takes its tiles as soon as they are rendered.
+    pub fn step(
+        &mut self,
+        now: u64,
+        frame: &Frame,
+        next: &mut usize,
+        memory: &mut Memory,
+        mut behind: Option<&mut Gru>,
+    ) {
         let design = frame.design;
         self.give_back(now, memory);
         if let Some((tile, bytes)) = self.pending
@@ -146,19 +159,29 @@ impl Core {
             self.pixels_used += bytes;
             let span = memory.layout.pixels(tile, bytes);
             self.writes.push((memory.write(now, "pixels", bytes, span), bytes));
+            if let Some(unit) = &mut behind {
+                unit.hand(tile as usize);
+            }
         }
         let is_ready = self.chunks.front().is_some_and(|c| {
             let here = c.features.is_none_or(|ticket| memory.is_done(ticket, now));
             let is_sorted = c.sort.is_none_or(|n| n < self.sorts_done);
             here && is_sorted && c.sent < now && matches!(c.colours, Colours::There)
         });
-        if self.rendering.is_none() && self.pending.is_none() && is_ready {
+        let admits = behind.is_none_or(|unit| unit.admits());
+        if self.rendering.is_none()
+            && self.pending.is_none()
+            && is_ready
+            && (self.in_tile || admits)
+        {
             self.rendering = self.chunks.pop_front();
+            self.in_tile = true;
             if let Some(chunk) = &mut self.rendering {
                 chunk.busy -= chunk.backlog.min(self.waited);
             }
             self.waited = 0;
         }
+        self.is_held = !self.in_tile && !admits;
         self.move_front(now, frame, memory);
         while self.send(now, frame, memory) {}
         self.fetch(now, frame, next, memory);
@@ -197,6 +220,7 @@ impl Core {
         });
         let Some(done) = self.rendering.take_if(|c| c.busy == 0 && c.bank == 0) else { return };
         self.features_used -= done.bytes;
+        self.in_tile &= done.pixels.is_none();
         self.pending = done.pixels.map(|bytes| (done.tile as u32, bytes));
         while done.pixels.is_some() && self.chunks.front().is_some_and(|c| !c.wanted) {
             let vain = self.chunks.pop_front().expect("there is one");
@@ -226,7 +250,8 @@ impl Core {
                     if keys.merged && keys.sorted > 0 {
                         let job = &frame.plan.jobs[self.held[i].job];
                         let tile = frame.plan.tiles_of(job)[0] as usize;
-                        let all = Sort { keys: keys.held, filtered: 0 };
+                        // Entries of lists of before are in order.
+                        let all = Sort { keys: keys.sorted, filtered: 0 };
                         let sort = self.queue(design, all, tile);
                         let mut spill = None;
                         if keys.passes > 0 {
@@ -530,6 +555,7 @@ impl Core {
             (Some(chunk), _, _) if chunk.busy > 0 => digit(chunk.tile),
             (Some(_), _, _) => 'b',
             (None, Some(_), _) => 'o',
+            (None, None, Some(_)) if self.is_held => 'o',
             (None, None, Some(chunk)) => match chunk.features {
                 Some(ticket) if !memory.is_done(ticket, now) => 'f',
                 _ if self.wants_colours(now, memory) => 'c',
