@@ -1,7 +1,7 @@
 //! What is written about configuration is complete and true: keys, sources, assumptions, schemas.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use expect_test::expect_file;
 use powergs_sim::cli::arch::Kind;
@@ -25,23 +25,6 @@ fn read(path: &str) -> String {
 
 fn all_files() -> impl Iterator<Item = &'static Embedded> {
     MACHINES.iter().chain(ENERGY).chain(DISPLAYS).chain(DRAM).chain(SYNTH)
-}
-
-#[test]
-fn every_file_of_arch_configs_is_embedded() {
-    let folders = [
-        ("machines", MACHINES),
-        ("energy", ENERGY),
-        ("display", DISPLAYS),
-        ("dram", DRAM),
-        ("synth", SYNTH),
-    ];
-    for (folder, files) in folders {
-        let entries = std::fs::read_dir(root().join("arch-configs").join(folder)).expect(folder);
-        let names: BTreeSet<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
-        let stems: BTreeSet<&str> = names.iter().filter_map(|p| p.file_stem()?.to_str()).collect();
-        assert_eq!(stems, files.iter().map(|f| f.name).collect(), "{folder}");
-    }
 }
 
 #[test]
