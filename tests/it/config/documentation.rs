@@ -7,10 +7,9 @@ use expect_test::expect_file;
 use powergs_sim::cli::arch::Kind;
 use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SYNTH};
 use powergs_sim::config::references::{cited, is_assumption, is_source, references};
-use powergs_sim::config::{Embedded, KeyDoc, key_docs};
+use powergs_sim::config::{Embedded, key_docs};
 use powergs_sim::display::Display;
 use powergs_sim::dram::Device;
-use powergs_sim::flow;
 use powergs_sim::machine::Machine;
 use powergs_sim::scene::synth::Preset;
 use powergs_sim::stage::EnergyTable;
@@ -25,53 +24,6 @@ fn read(path: &str) -> String {
 
 fn all_files() -> impl Iterator<Item = &'static Embedded> {
     MACHINES.iter().chain(ENERGY).chain(DISPLAYS).chain(DRAM).chain(SYNTH)
-}
-
-#[test]
-fn the_readme_documents_every_machine_key_with_its_value() {
-    let readme = read("arch-configs/README.md");
-    for doc in key_docs::<Machine>().into_iter().filter(|d| !d.table) {
-        let flow = flow::of_table(doc.path.split('.').next().expect("a key"));
-        let example = flow.and_then(flow::example).unwrap_or(&MACHINES[0]);
-        let values: toml::Value = toml::from_str(&example.complete()).expect(example.name);
-        let start = format!("| `{}` | ", doc.path);
-        let row = readme.lines().find(|l| l.starts_with(&start));
-        let row = row.unwrap_or_else(|| panic!("arch-configs/README.md: no row `{}`", doc.path));
-        let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));
-        let value = value.map_or("not there".to_owned(), |value| format!("`{value}`"));
-        assert!(row.contains(&format!("| {value} |")), "{row}: {} has {value}", example.name);
-        let buffers = [
-            "buffers.",
-            "binning.pointers.",
-            "binning.combining.",
-            "stores.",
-            "stereo.buffer.",
-            "pixels.buffer.",
-            "gradients.buffer.",
-            "gradients.cache.",
-            "attached.cache.",
-        ];
-        let buffer = buffers.iter().any(|table| doc.path.starts_with(table));
-        let first = doc.definition.split(" `").next().unwrap_or("");
-        assert!(buffer || row.contains(first.trim()), "{row}\nsays not: {}", doc.definition);
-        assert!(row.matches(" | ").count() == 4, "{row}: key, unit, value, meaning, what it moves");
-    }
-}
-
-#[test]
-fn the_readme_documents_every_key_of_energy_tables_and_displays() {
-    let readme = read("arch-configs/README.md");
-    let of_price =
-        ["energy", "flops", "power", "free", "source", "area", "fit", "factor", "share", "at"];
-    let missing = |doc: &KeyDoc| {
-        let last = doc.path.rsplit('.').next().unwrap_or("");
-        let general = of_price.contains(&last) && readme.contains(&format!("| `*.{last}` |"));
-        !general && !readme.contains(&format!("| `{}` |", doc.path))
-    };
-    let docs = key_docs::<EnergyTable>().into_iter().chain(key_docs::<Display>());
-    let docs = docs.chain(key_docs::<Device>()).chain(key_docs::<Preset>());
-    let missing: Vec<String> = docs.filter(missing).map(|d| d.path).collect();
-    assert!(missing.is_empty(), "arch-configs/README.md lacks {missing:?}");
 }
 
 #[test]
