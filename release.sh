@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes what a release holds: programs, Python packages, manual pages, completions, parts, checksums. Uploads nothing.
+# Makes what a release holds: programs, Python packages, manual pages, completions, schemas, parts, checksums. Uploads nothing.
 #
 # Usage: ./release.sh [FOLDER]        FOLDER (dist) must not exist
 #
@@ -32,11 +32,16 @@ for target in "${targets[@]}"; do
     rustup target list --installed | grep -qx "${target%%.*}" || rustup target add "${target%%.*}"
 done
 
-step "manual pages and completions, by the program itself"
+step "manual pages, completions and schemas, by the program itself"
 cargo run --release --locked --quiet --example manual -- "$tools/man"
 for shell in bash zsh fish; do
     cargo run --release --locked --quiet -- completions $shell > "$tools/powergs-sim.$shell"
 done
+mkdir "$tools/schema"
+for kind in machine energy display dram sweep synth; do
+    cargo run --release --locked --quiet -- arch schema $kind > "$tools/schema/$kind.json"
+done
+cargo run --release --locked --quiet -- arch schema --report > "$tools/schema/report.json"
 
 for target in "${targets[@]}"; do
     step "program: $target"
@@ -44,7 +49,7 @@ for target in "${targets[@]}"; do
     name=powergs-sim-$version-${target%%.*}
     mkdir -p "$tools/$name/completions"
     cp "target/${target%%.*}/dist/powergs-sim" "$tools/$name/"
-    cp -r "$tools/man" README.md CITATION.cff LICENSE-* NOTICE "$tools/$name/"
+    cp -r "$tools/man" "$tools/schema" README.md CITATION.cff LICENSE-* NOTICE "$tools/$name/"
     cp "$tools"/powergs-sim.{bash,zsh,fish} "$tools/$name/completions/"
     mkdir "$tools/$name/traces" && cp traces/demo.bin "$tools/$name/traces/"
     tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner \

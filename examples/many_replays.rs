@@ -9,9 +9,9 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use powergs_sim::replay::Replay;
 use powergs_sim::run::session::Target;
 use powergs_sim::run::{Frames, MemoryFrames, System, TraceFile};
+use powergs_sim::study::replay::Replay;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);

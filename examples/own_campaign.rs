@@ -7,20 +7,20 @@
 
 use std::error::Error;
 
-use powergs_sim::display::Display;
-use powergs_sim::optimize::campaign::{Campaign, Finished};
-use powergs_sim::optimize::oracle::PaperOracle;
-use powergs_sim::optimize::outcome::Outcome;
-use powergs_sim::optimize::request::{Goal, Goals, Request};
-use powergs_sim::optimize::role::Baseline;
-use powergs_sim::optimize::schedule::Schedule;
-use powergs_sim::optimize::settings::Settings;
-use powergs_sim::optimize::watch::CampaignWatch;
+use powergs_sim::model::scene::Camera;
+use powergs_sim::model::scene::camera::edit::resized;
+use powergs_sim::model::scene::synth::{Preset, cameras, generate};
+use powergs_sim::run::Display;
 use powergs_sim::run::files::{EmbeddedFiles, Files};
 use powergs_sim::run::{FileKind, MemoryStore, Watch};
-use powergs_sim::scene::Camera;
-use powergs_sim::scene::camera::edit::resized;
-use powergs_sim::scene::synth::{Preset, cameras, generate};
+use powergs_sim::study::optimize::campaign::{Campaign, Finished};
+use powergs_sim::study::optimize::oracle::PaperOracle;
+use powergs_sim::study::optimize::outcome::Outcome;
+use powergs_sim::study::optimize::request::{Goal, Goals, Request};
+use powergs_sim::study::optimize::role::Baseline;
+use powergs_sim::study::optimize::schedule::Schedule;
+use powergs_sim::study::optimize::settings::Settings;
+use powergs_sim::study::optimize::watch::CampaignWatch;
 
 /// Says what becomes of each model; `is_cancelled` would stop the campaign after an iteration.
 struct Talks;

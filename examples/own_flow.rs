@@ -10,22 +10,23 @@
 
 use std::process::ExitCode;
 
-use powergs_sim::action::{ActionCounts, Phase};
-use powergs_sim::flow::resident::Cut;
-use powergs_sim::flow::resident::work::{RegionShape, ResidentFrame};
-use powergs_sim::flow::{self, Dataflow, FlowOutcome, FrameTask, SimError, TablesDecl, WorkKey};
-use powergs_sim::kernel::buffer::{BufferAllocator, usage};
-use powergs_sim::kernel::calibration::{Calibration, CalibrationRecorder, Recording};
-use powergs_sim::kernel::ledger::{Account, cycles};
-use powergs_sim::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
-use powergs_sim::kernel::stream::{Streams, reads, writes};
-use powergs_sim::kernel::timeline::{Observer, State};
-use powergs_sim::kernel::{self, FrameTiming, Histogram, drive};
-use powergs_sim::machine::{BufferSpec, Machine, Reference};
-use powergs_sim::quantity::Bytes;
-use powergs_sim::stage::{
+use powergs_sim::extend::action::{ActionCounts, Phase};
+use powergs_sim::extend::flow::{
+    self, Dataflow, FlowOutcome, FrameTask, SimError, TablesDecl, WorkKey,
+};
+use powergs_sim::extend::kernel::buffer::{BufferAllocator, usage};
+use powergs_sim::extend::kernel::calibration::{Calibration, CalibrationRecorder, Recording};
+use powergs_sim::extend::kernel::ledger::{Account, cycles};
+use powergs_sim::extend::kernel::memory::{Arrival, Memory, NEVER, Ranges, Request};
+use powergs_sim::extend::kernel::stream::{Streams, reads, writes};
+use powergs_sim::extend::kernel::timeline::{Observer, State};
+use powergs_sim::extend::kernel::{self, FrameTiming, Histogram, drive};
+use powergs_sim::extend::quantity::Bytes;
+use powergs_sim::extend::resident::{Cut, RegionShape, ResidentFrame};
+use powergs_sim::extend::stage::{
     Bias, StageDecl, Stall, also, buffer, double, hardware, omit, part, streams, work,
 };
+use powergs_sim::extend::{BufferSpec, Machine, Reference};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

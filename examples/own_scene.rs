@@ -13,9 +13,9 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 use std::sync::Arc;
 
 use glam::DVec3;
+use powergs_sim::model::RenderedViews;
+use powergs_sim::model::scene::{Camera, Gaussians};
 use powergs_sim::run::{RunError, Session, System};
-use powergs_sim::scene::{Camera, Gaussians};
-use powergs_sim::views::RenderedViews;
 
 /// The constant of the first spherical harmonic: a colour is `0.5 + C0 * coefficient`.
 const C0: f32 = 0.282_094_79;

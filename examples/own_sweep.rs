@@ -7,10 +7,10 @@
 use std::error::Error;
 use std::path::Path;
 
-use powergs_sim::analysis::{Analysis, Question, Table};
 use powergs_sim::run::{MemoryStore, System, TraceFile};
-use powergs_sim::sweep::file::Objectives;
-use powergs_sim::sweep::run::Sweep;
+use powergs_sim::study::analysis::{Analysis, Question, Table};
+use powergs_sim::study::sweep::file::Objectives;
+use powergs_sim::study::sweep::run::Sweep;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let trace = std::env::args().nth(1).unwrap_or_else(|| "traces/demo.bin".to_owned());

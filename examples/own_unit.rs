@@ -7,12 +7,12 @@
 use std::error::Error;
 use std::path::Path;
 
-use powergs_sim::flow::tile_wise::vru::{Render, Vru};
-use powergs_sim::flow::tile_wise::{self, UnitRule};
-use powergs_sim::kernel::Unit;
+use powergs_sim::extend::kernel::Unit;
+use powergs_sim::extend::tile_wise::vru::{Render, Vru};
+use powergs_sim::extend::tile_wise::{self, UnitRule};
+use powergs_sim::run::FrameReport;
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{Session, Subject, System, SystemSpec, TraceFile};
-use powergs_sim::sim::FrameReport;
 
 /// A VRU that issues the (Gaussian, sub-tile) pairs of two Gaussians together: a sub-tile is
 /// rotated through the units once for both. It leaves out what the built-in rule says of foveated

@@ -12,6 +12,8 @@ use std::path::{Component, Path, PathBuf};
 
 use clap::CommandFactory;
 use powergs_sim::cli::Cli;
+use powergs_sim::cli::arch::Kind;
+use powergs_sim::report;
 use powergs_sim::report::explain::{Entry, entries};
 
 /// Pages outside of `docs/` and `evidence/`.
@@ -87,6 +89,13 @@ fn main() -> io::Result<()> {
         put(&source.join(format!("look-up/{file}.md")), &look_up(title, &own))?;
     }
     put(&source.join("look-up/commands.md"), &commands())?;
+    for kind in Kind::ALL {
+        put(
+            &source.join(format!("schema/{}.json", kind.name())),
+            &format!("{:#}\n", kind.schema()),
+        )?;
+    }
+    put(&source.join("schema/report.json"), &format!("{:#}\n", report::schema::schema()))?;
     let summary = fs::read_to_string(root.join("docs/SUMMARY.md"))?;
     let listed = summary_of_site(&summary);
     for page in &pages {

@@ -6,9 +6,9 @@
 
 use std::path::Path;
 
+use powergs_sim::run::FrameReport;
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{RunError, Session, System, SystemSpec, TraceFile};
-use powergs_sim::sim::FrameReport;
 
 /// Frames per second that the display shows.
 const DISPLAY_FPS: f64 = 60.0;

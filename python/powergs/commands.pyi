@@ -58,6 +58,7 @@ def arch_list(
 def arch_schema(
     kind: Literal["machine", "energy", "display", "dram", "sweep", "synth"] | None = None,
     *,
+    report: bool = False,
     jobs: _Word | None = None,
     memory: _Word | None = None,
     progress: bool = False,

@@ -16,6 +16,7 @@ use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;
 use powergs_report::document::{Cell, Column, Document, Shown, Table};
+use powergs_report::schema::schema as report_schema;
 use powergs_scene::synth::Preset;
 use powergs_study::sweep::file::SweepFile;
 
@@ -92,6 +93,9 @@ pub enum Verb {
         /// The kind of file
         #[arg(value_enum, default_value = "machine")]
         kind: Kind,
+        /// That of what `replay --json` prints instead
+        #[arg(long, conflicts_with = "kind")]
+        report: bool,
     },
 }
 
@@ -113,7 +117,8 @@ pub enum Kind {
 }
 
 impl Kind {
-    const ALL: [Kind; 6] =
+    /// All of them.
+    pub const ALL: [Kind; 6] =
         [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram, Kind::Sweep, Kind::Synth];
 
     /// Its name on the command line and in messages.
@@ -128,7 +133,8 @@ impl Kind {
         }
     }
 
-    const fn files(self) -> &'static [Embedded] {
+    /// Those that come with the program.
+    pub const fn files(self) -> &'static [Embedded] {
         match self {
             Kind::Machine => MACHINES,
             Kind::Energy => ENERGY,
@@ -160,7 +166,8 @@ pub fn run(args: &ArchArgs, context: &Context) -> Result<Exit, Failure> {
         Verb::Show { arch, sets, resolved, .. } => show(arch, sets, *resolved, context),
         Verb::Diff { a, b } => diff::run(a, b, context),
         Verb::Check { files, sets } => check::run(files, sets, context),
-        Verb::Schema { kind } => out::json(&kind.schema()).map(|()| Exit::Done),
+        Verb::Schema { report: true, .. } => out::json(&report_schema()).map(|()| Exit::Done),
+        Verb::Schema { kind, .. } => out::json(&kind.schema()).map(|()| Exit::Done),
     }
 }
 

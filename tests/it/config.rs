@@ -2,6 +2,7 @@
 
 mod commands;
 mod documentation;
+mod tables;
 
 use powergs_sim::config::embedded::{MACHINES, find};
 

@@ -1,5 +1,6 @@
 //! The rules of the house, as tests. What compilers and Clippy check is not repeated here.
 
+mod api;
 mod crates;
 mod lexer;
 mod one_build;

@@ -17,7 +17,8 @@ mod own_unit;
 fn registered() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        powergs_sim::flow::register(&example_flow::UnsortedFlow).expect("nobody has asked yet");
+        powergs_sim::extend::flow::register(&example_flow::UnsortedFlow)
+            .expect("nobody has asked yet");
         own_unit::register_rules();
     });
 }

@@ -18,6 +18,7 @@ const PARTS: f64 = 1000.0;
 
 /// A ratio that was fitted, and what came of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Round {
     /// The ratio.
     pub rho: f64,

@@ -12,6 +12,7 @@ const TRIED: [Target; 3] = [Target::Sog, Target::CompressedPly, Target::Spz];
 
 /// A model as one of the formats holds it.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Exported {
     /// The format.
     pub target: Target,

@@ -16,6 +16,7 @@ const CONTRADICTED: f64 = 0.02;
 
 /// A sample that missed the target.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Missed {
     /// Its job.
     pub name: String,
@@ -27,6 +28,7 @@ pub struct Missed {
 
 /// Power that the fit predicts at the ratio that is realised.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Predicted {
     /// The ratio.
     pub rho: f64,
@@ -45,6 +47,7 @@ impl Predicted {
 
 /// A sample that the curves are fitted to.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FittedSample {
     /// Its job.
     pub name: String,
@@ -54,6 +57,7 @@ pub struct FittedSample {
 
 /// What the samples say.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Conclusion {
     /// Samples that ended on the target.
     pub passed: usize,

@@ -71,6 +71,7 @@ const WATTS_MAX: f64 = 1e9;
 
 /// Both curves of a set of samples.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Fit {
     /// The samples, by ascending ρ.
     pub samples: Vec<Sample>,

@@ -197,6 +197,7 @@ pub struct FilteredLikeness {
 
 /// A foveated model, measured.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MeasuredFoveated {
     /// The models that it is composed of.
     pub levels: Levels,

@@ -7,6 +7,7 @@ use super::target::{Level, Quality, TargetRule};
 
 /// The next lower named quality.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct NextQuality {
     /// Which one.
     pub level: Level,

@@ -17,6 +17,7 @@ const GAZE: [f32; 2] = [0.5, 0.5];
 
 /// A view of the dense and the final model, sRGB codes, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BeforeAfter {
     /// The view.
     pub view: String,

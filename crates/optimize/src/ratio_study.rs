@@ -15,6 +15,7 @@ const COUNT: usize = 13;
 
 /// Powers with one panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct RatioRow {
     /// Display power over rendering power of the dense model.
     pub ratio: f64,

@@ -80,8 +80,8 @@ The columns of `results.csv` are `row` (`frame`, or the aggregate: `mean`, `p50`
 below under their names. A name that begins like a formula (`=`, `+`, `-`, `@`) has an apostrophe \
 in front, here and in the tables of sweeps, so that a spreadsheet takes it for text.
 
-`--json` prints the same as one object; `report.schema.json` beside this page is its schema. Names \
-are nested by their dots: `frames[0].power_w.total`, `aggregate.frame_time_ms.mean`. Beside \
+`--json` prints the same as one object; `powergs-sim arch schema --report` prints its schema. \
+Names are nested by their dots: `frames[0].power_w.total`, `aggregate.frame_time_ms.mean`. Beside \
 `frames` and `aggregate` it has:
 
 | name | meaning |

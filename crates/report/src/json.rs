@@ -1,4 +1,4 @@
-//! `--json`: the whole run as one object. `docs/report.schema.json` describes it.
+//! `--json`: the whole run as one object. `schema` describes it.
 
 use serde_json::{Map, Value as Json, json};
 

@@ -51,6 +51,7 @@ pub struct NamedDesign {
 
 /// The answer. Designs are named by their row in the table, except where costs are indexed.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Analysis<'t> {
     /// What the answer was made from.
     pub table: &'t Table,

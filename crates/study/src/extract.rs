@@ -10,6 +10,7 @@ use powergs_frame::trace::{ColumnGroup, EncodedFrame, Frame, TraceHeader, Writer
 
 /// A trace that was written.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Extracted<W> {
     /// What it was written to.
     pub out: W,

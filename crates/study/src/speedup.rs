@@ -5,6 +5,7 @@ use crate::findings::compare::{Comparison, Measure};
 
 /// What a machine does on a trace.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Speed {
     /// Frames per second, back to back.
     pub fps: f64,
@@ -17,6 +18,7 @@ pub struct Speed {
 
 /// A machine on all traces.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MachineSpeed {
     /// What it is called.
     pub label: String,
@@ -45,6 +47,7 @@ impl Gain {
 
 /// Machines over traces; the first machine is what the others are compared with.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SpeedUp {
     /// Names of the traces.
     pub traces: Vec<String>,

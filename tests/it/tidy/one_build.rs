@@ -1,4 +1,4 @@
-//! Whether commands share what they compile: the graphs of units that Cargo would build, compared.
+//! What commands compile, and whether they share it: the graphs of units that Cargo would build.
 //! Nothing is built.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -135,4 +135,19 @@ fn the_python_wheel_compiles_one_crate_of_ours() {
     let (Some(run), Some(wheel)) = (units("build --release"), wheel) else { return };
     let again = compiled_again(&wheel, &[&run]);
     none(again.iter().filter(|u| u.library).map(|u| format!("{}: {REMEDY}", u.text)).collect());
+}
+
+#[test]
+fn the_library_alone_has_no_command_line_and_no_drawing() {
+    let names = |args: &str| -> Option<BTreeSet<String>> {
+        let name = |unit: Unit| Some(unit.package.split_once('#')?.1.split_once('@')?.0.to_owned());
+        Some(units(args)?.into_values().filter_map(name).collect())
+    };
+    let program = names("build --release -p powergs-sim");
+    let library = names("build --release -p powergs-sim --lib --no-default-features");
+    let (Some(program), Some(library)) = (program, library) else { return };
+    assert!(program.contains("clap_builder") && library.contains("powergs-core"), "{library:?}");
+    let unwanted =
+        ["clap", "clap_builder", "indicatif", "ctrlc", "plotters", "tiny-skia", "krilla"];
+    none(unwanted.into_iter().filter(|&n| library.contains(n)).map(str::to_owned).collect());
 }

@@ -40,6 +40,7 @@ impl OptimumPlace {
 
 /// The minimum of the fitted total.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Optimum {
     /// ρ of the minimum.
     pub rho: f64,

@@ -2,7 +2,7 @@
 
 use expect_test::{expect, expect_file};
 use powergs_core::sim::statistics::{Key, find};
-use powergs_report::{csv, docs, files, limits, record, schema};
+use powergs_report::{csv, docs, files, limits, record};
 use powergs_study::findings::limits::not_modelled;
 
 use crate::builder;
@@ -32,12 +32,6 @@ fn assumptions_of_the_limits_are_documented() {
         let known = number.is_empty() || docs.iter().any(|d| d.contains(&format!("**{number}.")));
         assert!(known, "{number}: no such assumption");
     }
-}
-
-#[test]
-fn schema_is_up_to_date() {
-    let text = format!("{:#}\n", schema::schema());
-    expect_file!["../../../../docs/report.schema.json"].assert_eq(&text);
 }
 
 #[test]

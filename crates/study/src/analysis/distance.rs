@@ -5,6 +5,7 @@ use super::knee::KneeScaling;
 
 /// A design that beats another.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Better {
     /// Which one of the costs.
     pub design: usize,
@@ -16,6 +17,7 @@ pub struct Better {
 
 /// The distance of a design from the front.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Distance {
     /// The nearest design of the front that beats it by more than noise; `None` if none does: it
     /// is on the front, is alike to a design there, or would be on it.

@@ -4,6 +4,7 @@ use super::table::Table;
 
 /// An axis whose first or last value all designs of a front have.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct AtEnd {
     /// Name of the axis.
     pub axis: String,

@@ -57,6 +57,7 @@ pub struct Index {
 
 /// The indices of all factors.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Indices {
     /// One for each factor.
     pub each: Vec<Index>,

@@ -12,6 +12,7 @@ use super::front::{self, Costs};
 
 /// The scale of the costs of a front.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct KneeScaling {
     /// Smallest cost on the front, by objective.
     pub best: Vec<f64>,

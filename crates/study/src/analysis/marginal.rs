@@ -80,6 +80,7 @@ impl Step {
 
 /// What a price buys of an objective, along the front.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Marginal {
     /// What is paid.
     pub price: Price,
@@ -145,6 +146,7 @@ fn hull(mut points: Vec<(f64, f64, u32)>, epsilon: f64) -> Vec<Step> {
 
 /// A design that differs from another in one axis only.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Neighbour {
     /// Position of the axis.
     pub axis: usize,

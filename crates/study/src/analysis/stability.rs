@@ -114,6 +114,7 @@ pub struct Alternative {
 
 /// How stable the ranking is.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Stability {
     /// Rows of the top designs of the reference, the best first.
     pub top: Vec<u32>,

@@ -38,6 +38,7 @@ impl Limit {
 
 /// A leading unit at work.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Bound {
     /// Which kind of unit.
     pub unit: StageId,
@@ -47,6 +48,7 @@ pub struct Bound {
 
 /// A leading unit that waits.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Wait {
     /// What for.
     pub cause: Stall,
@@ -83,6 +85,7 @@ impl Wait {
 
 /// Where a wait for another unit begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Root {
     /// The unit that is slow.
     pub unit: StageId,

@@ -6,6 +6,7 @@ use powergs_energy::{Component, Standby};
 
 /// A value for every stage and component.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Breakdown {
     /// By stage (order of [`Phase::ALL`]) and component (order of [`Component::ALL`]).
     pub parts: [[f64; Component::ALL.len()]; Phase::ALL.len()],

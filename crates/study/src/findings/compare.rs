@@ -165,6 +165,7 @@ impl Measure {
 
 /// One measure of all sides.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ComparedMeasure {
     /// What was measured.
     pub measure: Measure,

@@ -22,6 +22,7 @@ pub struct KnobSetting {
 
 /// One knob of one assumption.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct KnobEffect {
     /// `A4`.
     pub number: String,
@@ -85,6 +86,7 @@ pub struct Fixed {
 
 /// The whole experiment.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// Name of the machine.
     pub machine: String,

@@ -40,6 +40,7 @@ impl Verdict {
 
 /// A row with its measurement.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Judged<'a> {
     /// The row.
     pub row: &'a Row,

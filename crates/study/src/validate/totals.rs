@@ -16,6 +16,7 @@ pub type BlockCost = (Option<f64>, f64);
 
 /// Sums over frames.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Totals {
     /// Area of the chip, mm², where the energy table knows it.
     pub area_mm2: Option<f64>,

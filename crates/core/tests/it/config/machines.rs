@@ -1,13 +1,18 @@
 //! Machine files: the embedded ones, overlays, contradictions, the wording of errors.
 
+use std::collections::BTreeMap;
+
 use expect_test::expect_file;
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_base::config::layer::base_of;
+use powergs_base::config::schema::leaves;
+use powergs_base::config::{KeyDoc, key_docs, knob, schema_of};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_core::flow::tile_wise::Fetch;
 use powergs_core::flow::{self, Dataflow};
 use powergs_core::machine::Machine;
 use powergs_core::machine::Optional;
+use serde_json::Value;
 
 use super::{gscore, sets};
 
@@ -392,38 +397,50 @@ fn a_refused_change_says_what_would_make_it_fit() {
     assert_eq!(Machine::parse(&alone).expect_err("no power of two").remedy, [""; 0]);
 }
 
-/// Every key of every machine that comes with the program: `gscore` whole, of the others what
-/// differs. A changed base shows in all that have it.
+/// Every machine that comes with the program: the keys in which it differs from its base, and
+/// without one from the defaults.
 #[test]
 fn machines_are_what_they_were() {
-    fn keys(table: &toml::Table, path: &str, all: &mut Vec<(String, String)>) {
-        for (key, value) in table {
-            let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-            match value {
-                toml::Value::Table(inner) => keys(inner, &path, all),
-                value => all.push((path, value.to_string())),
-            }
-        }
-    }
     let of = |name: &str| {
         let text = find(MACHINES, name).expect(name);
         let machine = Machine::parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut all = Vec::new();
+        let mut all = BTreeMap::new();
         keys(&machine.to_toml().parse().expect("TOML"), "", &mut all);
         all
     };
-    let base = of("gscore");
     let mut golden = String::new();
     for file in MACHINES {
-        golden += &format!("{}\n", file.name);
         let own = of(file.name);
-        let is_base = file.name == "gscore";
-        for (key, value) in own.iter().filter(|line| is_base || !base.contains(line)) {
+        let base = base_of(file.text);
+        let before = base.as_deref().map(of).unwrap_or_default();
+        let defaults = defaults(&own["dataflow"]);
+        golden += &format!("{} on {}\n", file.name, base.as_deref().unwrap_or("defaults"));
+        let is_said = |key: &str| before.get(key).or(defaults.get(key)) == own.get(key);
+        for (key, value) in own.iter().filter(|(key, _)| !is_said(key)) {
             golden += &format!("  {key} = {value}\n");
         }
-        for (key, _) in base.iter().filter(|(key, _)| own.iter().all(|(own, _)| own != key)) {
+        for key in before.keys().filter(|key| !own.contains_key(*key)) {
             golden += &format!("  no {key}\n");
         }
     }
     expect_file!["../../../../../tests/golden/machines.txt"].assert_eq(&golden);
+}
+
+fn keys(table: &toml::Table, path: &str, all: &mut BTreeMap<String, toml::Value>) {
+    for (key, value) in table {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        match value {
+            toml::Value::Table(inner) => keys(inner, &path, all),
+            value => drop(all.insert(path, value.clone())),
+        }
+    }
+}
+
+/// What the keys of a dataflow's machines are where a file does not say.
+fn defaults(flow: &toml::Value) -> BTreeMap<String, toml::Value> {
+    let flow = flow::named(flow.as_str().expect("a name")).expect("a dataflow");
+    let own = leaves(&(flow.tables().schema)());
+    let all = leaves(&schema_of::<Machine>()).into_iter().chain(own);
+    let default = |schema: Value| toml::Value::try_from(schema.get("default")?).ok();
+    all.filter_map(|(key, schema)| Some((key, default(schema)?))).collect()
 }

@@ -64,6 +64,7 @@ pub struct InteractionPoint {
 
 /// The whole experiment.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Interactions {
     /// Name of the machine.
     pub machine: String,

@@ -44,6 +44,7 @@ pub struct Perturbation {
 
 /// `d ln y / d ln x`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Elasticity {
     /// The value: 1 if twice as much of the key is twice as much of the measure.
     pub value: f64,
@@ -79,6 +80,7 @@ impl Shape {
 
 /// A key.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct KeyRow {
     /// Kind of file that has it.
     pub file: &'static str,
@@ -238,6 +240,7 @@ impl Status {
 
 /// Keys that are not perturbed.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct NotTried {
     /// Kind of file.
     pub file: &'static str,

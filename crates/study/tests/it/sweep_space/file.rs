@@ -1,7 +1,5 @@
 //! The form of a sweep file.
 
-use expect_test::expect_file;
-use powergs_base::config::schema_of;
 use powergs_study::sweep::SweepFile;
 use powergs_study::sweep::file::{Method, ZipValues};
 use proptest::prelude::*;
@@ -59,14 +57,6 @@ fn mistakes_in_the_form_have_a_line() {
                  [[energy]]\nlabel = \"a\"\ntable = \"paper\"";
     wrong(twice, &["line 7", "a second table with the label `a`"]);
     wrong(&format!("{axis}zip = {{ vru.cores = 3 }}"), &["must be a list or a range"]);
-}
-
-#[test]
-fn the_schema_for_editors_is_that_of_the_program() {
-    let schema = schema_of::<SweepFile>();
-    let text = serde_json::to_string_pretty(&schema).expect("a schema") + "\n";
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../arch-configs/schema/sweep.json");
-    expect_file![root].assert_eq(&text);
 }
 
 proptest! {
