@@ -183,6 +183,17 @@ fn modules_import_only_what_they_may() {
 /// The dataflows of the core.
 const FLOWS: [&str; 4] = ["tile_wise", "resident", "gpu", "recorded"];
 
+#[test]
+fn maps_name_every_dataflow() {
+    let mut findings = Vec::new();
+    for map in ["ARCHITECTURE.md", "crates/core/README.md"] {
+        let text = fs::read_to_string(root().join(map)).expect("a map");
+        let missing = FLOWS.iter().filter(|flow| !text.contains(&format!("`{flow}`")));
+        findings.extend(missing.map(|flow| format!("{map}: does not name `{flow}`")));
+    }
+    none(findings);
+}
+
 /// Only `flow.rs` names dataflows: none imports another, and what runs them knows none.
 #[test]
 fn dataflows_stand_apart() {
