@@ -72,7 +72,7 @@ const TRAINING: [Choice; 4] = [
     ("training.sum", &["pixel", "warp", "block"]),
     ("training.update", &["all", "visible", "none", "pose"]),
     ("training.densify", &["0", "9"]),
-    ("training.atomics", &["2", "8"]),
+    ("training.atomics", &["0.5", "8"]),
 ];
 
 const ATTACHED: [Choice; 4] = [
