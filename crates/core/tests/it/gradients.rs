@@ -131,7 +131,7 @@ fn gradients_are_those_of_blends_and_sums_go_through_a_queue() {
         let record = ResolvedUnits::for_frame(&trained, &w).ccu.record;
         let stored = record.position.0 + record.geometry.0 + record.colour.0;
         let numbers = 11 + 3 * (u64::from(frame.facts.colour_degree().get()) + 1).pow(2);
-        let visible = w.index.len() as u64;
+        let visible = w.slot.iter().filter(|slot| **slot != u32::MAX).count() as u64;
         assert!(visible > touched, "some have a tile and no gradient");
         let [read, write] = more(2);
         let lists: u64 = w.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();

@@ -415,7 +415,7 @@ impl<'a> GradientWork<'a> {
             sums,
             gaussians: SteppedGaussians {
                 points: workload.counters.points,
-                visible: workload.index.len() as u64,
+                visible: workload.slot.iter().filter(|slot| **slot != u32::MAX).count() as u64,
                 sums: sums.touched,
                 stored: [geometry, geometry + record.colour.0],
                 numbers: SteppedGaussians::numbers_of(workload.sh_degree),

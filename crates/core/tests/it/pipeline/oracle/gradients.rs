@@ -156,8 +156,8 @@ impl<'a> Step<'a> {
         let degree = u64::from(self.workload.sh_degree.get());
         let numbers = 11 + 3 * (degree + 1).pow(2);
         let points = self.workload.counters.points;
-        // All that are shown, of which some may have no tile.
-        let visible = self.workload.index.len() as u64;
+        // Those with a tile.
+        let visible = self.workload.slot.iter().filter(|slot| **slot != u32::MAX).count() as u64;
         match part {
             StepPart::Loss if self.is_behind() => {}
             StepPart::Loss => {
