@@ -2,6 +2,8 @@
 
 mod oracle;
 
+use powergs_base::budget::Budget;
+use powergs_base::quantity::Bytes;
 use powergs_core::flow::resident::work::{RegionEntry, RegionShape, ResidentFrame};
 use powergs_core::flow::resident::{self, Cut};
 use powergs_core::flow::steps::{StepCycles, StepPart};
@@ -10,6 +12,7 @@ use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::Timeline;
 use powergs_core::machine::Machine;
 use powergs_core::sim::contract::{Trial, broken};
+use powergs_core::workload::demand::Unbinnable;
 use powergs_frame::splat::Ellipse;
 use powergs_frame::trace::Frame;
 use rand::RngExt;
@@ -143,6 +146,28 @@ fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 6]> {
         }
     }
     all
+}
+
+/// What cutting a frame takes is known before: no less than what is left of it, and not many times
+/// as much. What is counted are entries of bounding squares.
+#[test]
+fn the_memory_of_regions_is_known_before_they_are_cut() {
+    for (seed, cut) in (0..12).zip(Cut::ALL.into_iter().cycle()) {
+        let frame = small_frame(seed);
+        let shape = RegionShape { width: 16, height: 8, cut, lanes: 4, words: 0, banks: 1 };
+        let bytes = shape.key().demand(&frame, Budget::DEFAULT).expect("a small frame");
+        let work = shape.key().prepare(&frame);
+        let held = work.bytes() as u64;
+        assert!((held..8 * held + 100_000).contains(&bytes), "seed {seed}: {bytes} {held}");
+        let squares = RegionShape { cut: Cut::Box, ..shape };
+        let entries = ResidentFrame::new(&frame, squares).entries.len() as u64;
+        match shape.key().demand(&frame, Budget(Bytes(bytes - 1))).expect_err("too little") {
+            Unbinnable::Memory { pairs, over } => {
+                assert_eq!((pairs, over.needed), (entries, bytes), "seed {seed}");
+            }
+            Unbinnable::Pairs(pairs) => panic!("{pairs} fit into 32 bits"),
+        }
+    }
 }
 
 #[test]

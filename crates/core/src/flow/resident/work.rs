@@ -310,7 +310,7 @@ impl ResidentFrame {
 }
 
 /// Entries of a frame by bounding squares, and the memory that cutting it takes, bytes.
-pub fn demand(frame: &Frame, shape: RegionShape) -> (u64, u64) {
+fn demand(frame: &Frame, shape: RegionShape) -> (u64, u64) {
     let camera = &frame.facts.camera;
     let [width, height] = shape.region(camera.width, camera.height);
     let entries = |splat: &Splat| {

@@ -6,7 +6,7 @@ use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::flow::tile_wise::batch::Batch;
 use powergs_core::flow::tile_wise::bsu::Sort;
 use powergs_core::flow::tile_wise::colour::UNITS;
-use powergs_core::flow::tile_wise::layout::Layout;
+use powergs_core::flow::tile_wise::layout::{AccessPattern, Layout};
 use powergs_core::flow::tile_wise::qsu::Keys;
 use powergs_core::flow::tile_wise::schedule::{Plan, SortProgress};
 use powergs_core::flow::tile_wise::vru::COLOURS;
@@ -22,6 +22,7 @@ use powergs_core::machine::Machine;
 use powergs_core::stage::{DRAM_READ, hardware, stage, work_id};
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
+use powergs_dram::AddressRange;
 use powergs_energy::action::Phase;
 use powergs_frame::scene::ShDegree;
 
@@ -463,4 +464,20 @@ fn every_byte_that_is_read_was_written_or_uploaded() {
         orphaned += u64::from(expected > 0);
     }
     assert!(clean > 10 && orphaned > 10, "{clean} {orphaned}");
+}
+
+/// A request of many bytes is one range in pieces of a mebibyte, one behind the other.
+#[test]
+fn pieces_of_a_request_follow_each_other() {
+    let (machine, workload) = case(1);
+    let (units, context) = (ResolvedUnits::new(&machine), FrameContext::default());
+    let plan = Plan::new(&workload, &machine, &units, &context);
+    let layout = Layout::new(&workload, &units, &plan, &context);
+    let whole = AddressRange { address: 5 << 20, bytes: (3 << 20) + 7 };
+    let (mut cursor, mut at) = (0, whole.address);
+    while let Some(piece) = layout.piece(&AccessPattern::Run(whole), &mut cursor) {
+        assert!(piece.address == at && (1..=1 << 20).contains(&piece.bytes), "{piece:?}");
+        at += piece.bytes;
+    }
+    assert_eq!(at, whole.address + whole.bytes);
 }
