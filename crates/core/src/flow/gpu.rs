@@ -74,13 +74,13 @@ const KEY: &str = "gpu";
 pub const BLOCK: u32 = 256;
 
 /// Its stages.
-pub const STAGES: [&StageDecl; 3] = [&SM_DECL, &ATTACHED_DECL, &ROP_DECL];
+pub const STAGES: &[&StageDecl] = &[&SM_DECL, &ATTACHED_DECL, &ROP_DECL];
 
 /// The dataflow with its stages.
-pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: &STAGES };
+pub const FLOW: FlowDecl = FlowDecl { flow: &GpuFlow, stages: STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = streams(&STAGES);
+pub const STREAMS: Streams = streams(STAGES);
 
 /// The dataflow.
 pub struct GpuFlow;

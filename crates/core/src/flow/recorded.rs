@@ -76,13 +76,13 @@ const fn write(key: &'static str, phase: Phase) -> crate::kernel::stream::Stream
 }
 
 /// Its stages.
-pub const STAGES: [&StageDecl; 1] = [&ENGINE];
+pub const STAGES: &[&StageDecl] = &[&ENGINE];
 
 /// The dataflow with its stages.
-pub const FLOW: FlowDecl = FlowDecl { flow: &RecordedFlow, stages: &STAGES };
+pub const FLOW: FlowDecl = FlowDecl { flow: &RecordedFlow, stages: STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = streams(&STAGES);
+pub const STREAMS: Streams = streams(STAGES);
 
 /// The dataflow.
 pub struct RecordedFlow;

@@ -59,7 +59,7 @@ use work::{RegionShape, ResidentFrame};
 const KEY: &str = "resident";
 
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 5] = [
+pub const STAGES: &[&StageDecl] = &[
     &stages::FRONT_DECL,
     &stages::ORDER_DECL,
     &stages::RASTER_DECL,
@@ -68,10 +68,10 @@ pub const STAGES: [&StageDecl; 5] = [
 ];
 
 /// The dataflow with its stages.
-pub const FLOW: FlowDecl = FlowDecl { flow: &ResidentFlow, stages: &STAGES };
+pub const FLOW: FlowDecl = FlowDecl { flow: &ResidentFlow, stages: STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = streams(&STAGES);
+pub const STREAMS: Streams = streams(STAGES);
 
 /// The streams by name.
 struct StreamIds {

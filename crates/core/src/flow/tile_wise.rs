@@ -71,7 +71,7 @@ use vru::{ALPHA, STOPPED_PIXEL};
 const KEY: &str = "tile-wise";
 
 /// Its stages, in the order of every report.
-pub const STAGES: [&StageDecl; 12] = [
+pub const STAGES: &[&StageDecl] = &[
     &ccu::CCU,
     &qsu::QSU,
     &bsu::BSU,
@@ -87,10 +87,10 @@ pub const STAGES: [&StageDecl; 12] = [
 ];
 
 /// The dataflow with its stages.
-pub const FLOW: FlowDecl = FlowDecl { flow: &TileWiseFlow, stages: &STAGES };
+pub const FLOW: FlowDecl = FlowDecl { flow: &TileWiseFlow, stages: STAGES };
 
 /// Their streams.
-pub const STREAMS: Streams = streams(&STAGES);
+pub const STREAMS: Streams = streams(STAGES);
 
 /// The dataflow.
 pub struct TileWiseFlow;

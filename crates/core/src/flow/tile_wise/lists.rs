@@ -22,7 +22,7 @@ pub const LISTS: StageDecl = StageDecl {
         })
         .full(),
     ],
-    stats: &measures::STATS,
+    stats: measures::STATS,
     omits: &[
         omit(
             "how pairs get from the order of the CCUs into the lists of tiles",

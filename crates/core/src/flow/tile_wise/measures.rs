@@ -114,7 +114,7 @@ pub const RANK_SHIFT: StatDecl = counted(
 .merged(Merge::Most);
 
 /// What is measured of the order of lists.
-pub const STATS: [&StatDecl; 15] = [
+pub const STATS: &[&StatDecl] = &[
     &NEIGHBOURS,
     &DISORDERED,
     &EQUAL_KEYS,
