@@ -106,6 +106,8 @@ pub(super) fn tile_work(
     let regions = workload.fovea.as_ref().map(|fovea| &fovea.regions);
     let region_of = |tile: u32| regions.map_or(0, |regions| usize::from(regions[tile as usize]));
     let rules = &units.rules;
+    // Nobody asks for those of a plain frame.
+    let cycles = |render: &Render| regions.map_or(0, |_| rules.vru.cycles(&units.vru, render));
     let mut all: [RegionWork; LEVELS] = Default::default();
     for job in &plan.jobs {
         let tiles = plan.tiles_of(job);
@@ -135,14 +137,14 @@ pub(super) fn tile_work(
                 if let Some(unit) = &units.colour {
                     unit.charge(&chunk, &mut own.actions);
                 }
-                own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));
+                own.cycles = own.cycles.saturating_add(cycles(&render));
                 let bytes = ChunkLoad::new(workload, at, units, context).bytes(units);
                 own.actions.charge(Phase::Rendering, DRAM_READ, bytes);
             }
             // A tile without any chunk finishes its pixels, too.
             let end = Render { last: Some(*tile), ..Render::default() };
             rules.vru.charge(&units.vru, &end, &mut own.actions, check);
-            own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &end));
+            own.cycles = own.cycles.saturating_add(cycles(&end));
             own.actions.charge(Phase::Rendering, DRAM_WRITE, units.vru.pixel_bytes(tile));
         }
     }
