@@ -81,7 +81,7 @@ pub mod extend {
     pub use powergs_base::quantity;
     pub use powergs_core::machine::check::Found;
     pub use powergs_core::machine::{
-        BufferSpec, Exclusion, External, Machine, Optional, Reference, Setting,
+        BufferSpec, Exclusion, External, KeyValues, Machine, Optional, Reference,
     };
     pub use powergs_core::sim::contract;
     pub use powergs_core::stage;

@@ -28,7 +28,7 @@ mod reference;
 pub use crate::kernel::spec::{
     AccessOrder, BufferSpec, DramModel, DramSpec, External, NO_DEVICE, Ports, SecondMasterSpec,
 };
-pub use exclusion::{Exclusion, Setting};
+pub use exclusion::{Exclusion, KeyValues};
 pub use optional::Optional;
 pub use reference::Reference;
 

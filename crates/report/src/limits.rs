@@ -11,7 +11,7 @@ use super::format::{engineering_like, percent};
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
 use powergs_base::format::counted;
-use powergs_core::machine::{Exclusion, Setting};
+use powergs_core::machine::{Exclusion, KeyValues};
 use powergs_core::stage::stages;
 use powergs_energy::Component;
 use powergs_study::findings::limits::{Effect, Mattered, Why, not_modelled, ways};
@@ -178,15 +178,15 @@ pub fn page() -> String {
 }
 
 /// Values of a key, in words.
-fn setting(setting: Setting) -> String {
+fn setting(setting: KeyValues) -> String {
     let any = |values: &[&str]| {
         let values: Vec<String> = values.iter().map(|value| format!("`{value}`")).collect();
         values.join(" or ")
     };
     match setting {
-        Setting::Is(key, values) => format!("`{key}` = {}", any(values)),
-        Setting::Not(key, values) => format!("`{key}` other than {}", any(values)),
-        Setting::Unlike(key, second) => format!("`{key}` other than `{second}`"),
+        KeyValues::Is(key, values) => format!("`{key}` = {}", any(values)),
+        KeyValues::Not(key, values) => format!("`{key}` other than {}", any(values)),
+        KeyValues::Unlike(key, second) => format!("`{key}` other than `{second}`"),
     }
 }
 

@@ -7,7 +7,7 @@ use super::check::{Contradiction, Found};
 
 /// Values of one key.
 #[derive(Debug, Clone, Copy)]
-pub enum Setting {
+pub enum KeyValues {
     /// One of these, as a machine file writes them without quotes.
     Is(&'static str, &'static [&'static str]),
     /// None of these.
@@ -20,12 +20,12 @@ pub enum Setting {
 #[derive(Debug, Clone, Copy)]
 pub struct Exclusion {
     /// The choice.
-    pub choice: Setting,
+    pub choice: KeyValues,
     /// The value of its key without it; empty where the other key is to be changed.
     pub off: &'static str,
     /// What it excludes.
-    pub other: Setting,
-    /// The value that this key should have; of [`Setting::Unlike`] it is that of the second key.
+    pub other: KeyValues,
+    /// The value that this key should have; of [`KeyValues::Unlike`] it is that of the second key.
     pub instead: &'static str,
     /// Why.
     pub because: &'static str,
@@ -43,11 +43,11 @@ fn plain(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-impl Setting {
+impl KeyValues {
     /// The key.
     pub const fn key(self) -> &'static str {
         match self {
-            Setting::Is(key, _) | Setting::Not(key, _) | Setting::Unlike(key, _) => key,
+            KeyValues::Is(key, _) | KeyValues::Not(key, _) | KeyValues::Unlike(key, _) => key,
         }
     }
 
@@ -55,9 +55,9 @@ impl Setting {
     fn holds(self, table: &Table) -> Option<&Value> {
         let value = at(table, self.key())?;
         let holds = match self {
-            Setting::Is(_, values) => values.contains(&plain(value).as_str()),
-            Setting::Not(_, values) => !values.contains(&plain(value).as_str()),
-            Setting::Unlike(_, second) => at(table, second) != Some(value),
+            KeyValues::Is(_, values) => values.contains(&plain(value).as_str()),
+            KeyValues::Not(_, values) => !values.contains(&plain(value).as_str()),
+            KeyValues::Unlike(_, second) => at(table, second) != Some(value),
         };
         holds.then_some(value)
     }
@@ -69,8 +69,8 @@ impl Exclusion {
         let (choice, other) = (self.choice.holds(table)?, self.other.holds(table)?);
         let (key, with) = (self.choice.key(), self.other.key());
         let instead = match self.other {
-            Setting::Unlike(_, second) => at(table, second)?.clone(),
-            Setting::Is(..) | Setting::Not(..) => written(self.instead, other),
+            KeyValues::Unlike(_, second) => at(table, second)?.clone(),
+            KeyValues::Is(..) | KeyValues::Not(..) => written(self.instead, other),
         };
         let mut message = format!(
             "`{key}` = {choice} contradicts `{with}` = {other}: {}; set `{with}` = {instead}",

@@ -82,7 +82,7 @@ fn run_toml() {
         # What this report was made from. The command that was typed: invocation.toml.
         schema-version = 3
         tool-version = "0.2.0"
-        model-version = 13
+        model-version = 14
         trace-version = "2.2"
         commit = "unknown"
         model = "cycle"

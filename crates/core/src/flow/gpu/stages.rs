@@ -3,7 +3,7 @@
 use super::{AttachedImpl, AttachedSpec, L2Spec, RopSpec, SmSpec, TrainSpec, WARP};
 use crate::flow::steps;
 use crate::kernel::stream::{reads, writes};
-use crate::machine::{Exclusion, Machine, Optional, Setting};
+use crate::machine::{Exclusion, KeyValues, Machine, Optional};
 use crate::stage::{
     Bias, DoubleDecl, From, StageDecl, Stall, StatDecl, WaitDecl, buffer, buffer_id, counted,
     double, omit, part, share, stage_id, timed, work, work_id,
@@ -379,30 +379,30 @@ const ROP_UNIT: Optional = Optional {
 /// What gradients of kernels exclude, or a unit that blends in place of one.
 const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Not("rops.impl", &["none"]),
+        choice: KeyValues::Not("rops.impl", &["none"]),
         off: "none",
-        other: Setting::Not("training.sum", &["none"]),
+        other: KeyValues::Not("training.sum", &["none"]),
         instead: "none",
         because: "gradients are found by kernels that have blended",
     },
     Exclusion {
-        choice: Setting::Not("rops.impl", &["none"]),
+        choice: KeyValues::Not("rops.impl", &["none"]),
         off: "none",
-        other: Setting::Not("attached.impl", &["none"]),
+        other: KeyValues::Not("attached.impl", &["none"]),
         instead: "none",
         because: "one of them blends",
     },
     Exclusion {
-        choice: Setting::Not("rops.impl", &["none"]),
+        choice: KeyValues::Not("rops.impl", &["none"]),
         off: "none",
-        other: Setting::Not("pairs.test", &["obb"]),
+        other: KeyValues::Not("pairs.test", &["obb"]),
         instead: "obb",
         because: "oriented boxes are drawn",
     },
     Exclusion {
-        choice: Setting::Not("attached.impl", &["none"]),
+        choice: KeyValues::Not("attached.impl", &["none"]),
         off: "none",
-        other: Setting::Not("training.sum", &["none"]),
+        other: KeyValues::Not("training.sum", &["none"]),
         instead: "none",
         because: "gradients are found by kernels that have blended themselves",
     },

@@ -23,7 +23,7 @@ use crate::flow::tile_wise::ccu::SH_COLOUR_WORK;
 use crate::flow::tile_wise::vru::PIXEL_FINISH;
 use crate::flow::tile_wise::{CcuSpec, Fetch};
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
-use crate::machine::{Exclusion, Machine, Optional, Setting};
+use crate::machine::{Exclusion, KeyValues, Machine, Optional};
 use crate::stage::{DoubleDecl, StageDecl, also, buffer, buffer_id, part, sram_read, stage_id};
 use crate::workload::ChunkWork;
 use powergs_base::quantity::Bytes;
@@ -247,9 +247,9 @@ pub(super) const OPTIONAL: &[Optional] = &[Optional {
 
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[Exclusion {
-    choice: Setting::Is("vru.colour-operations-per-cycle", &["0"]),
+    choice: KeyValues::Is("vru.colour-operations-per-cycle", &["0"]),
     off: "133",
-    other: Setting::Is("ccu.fetch", &["lazy-colour"]),
+    other: KeyValues::Is("ccu.fetch", &["lazy-colour"]),
     instead: "visible-colour",
     because: "cores read colours and evaluate them",
 }];

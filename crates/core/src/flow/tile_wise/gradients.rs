@@ -23,7 +23,7 @@ use crate::kernel::blocks::{BlockMove, BlockStream, MovedBlock};
 use crate::kernel::stream::{StreamId, reads, writes};
 use crate::kernel::{MemoKey, memory};
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
-use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
+use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
 use crate::stage::{
     Bias, DRAM_READ, DRAM_WRITE, Measured, StageDecl, StatDecl, buffer, buffer_id, counted, double,
     omit, part, share, sram_read, sram_write, stage_id, work, work_id,
@@ -641,37 +641,37 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Not("training.interval", &["0"]),
+        choice: KeyValues::Not("training.interval", &["0"]),
         off: "0",
-        other: Setting::Not("stereo.impl", &["separate"]),
+        other: KeyValues::Not("stereo.impl", &["separate"]),
         instead: "separate",
         because: "a step has one view",
     },
     Exclusion {
-        choice: Setting::Not("training.interval", &["0"]),
+        choice: KeyValues::Not("training.interval", &["0"]),
         off: "0",
-        other: Setting::Not("pixels.impl", &["all", "sampled"]),
+        other: KeyValues::Not("pixels.impl", &["all", "sampled"]),
         instead: "all",
         because: "pixels without blends have no gradients",
     },
     Exclusion {
-        choice: Setting::Not("training.interval", &["0"]),
+        choice: KeyValues::Not("training.interval", &["0"]),
         off: "0",
-        other: Setting::Is("schedule.overlap", &["frames"]),
+        other: KeyValues::Is("schedule.overlap", &["frames"]),
         instead: "tiles",
         because: "a step begins with what the one before has updated",
     },
     Exclusion {
-        choice: Setting::Not("training.interval", &["0"]),
+        choice: KeyValues::Not("training.interval", &["0"]),
         off: "0",
-        other: Setting::Is("gsu.impl", &["update", "none", "last", "shared"]),
+        other: KeyValues::Is("gsu.impl", &["update", "none", "last", "shared"]),
         instead: "split",
         because: "a step goes through lists of its own, in depth order",
     },
     Exclusion {
-        choice: Setting::Not("training.interval", &["0"]),
+        choice: KeyValues::Not("training.interval", &["0"]),
         off: "0",
-        other: Setting::Is("vru.termination", &["none"]),
+        other: KeyValues::Is("vru.termination", &["none"]),
         instead: "subtile",
         because: "gradients need an order",
     },

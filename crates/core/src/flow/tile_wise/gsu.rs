@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DepthKey, PivotRule};
-use crate::machine::{Exclusion, Optional, Setting};
+use crate::machine::{Exclusion, KeyValues, Optional};
 
 /// The `[gsu]` table; counts are per core.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -226,37 +226,37 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Is("gsu.impl", &["none"]),
+        choice: KeyValues::Is("gsu.impl", &["none"]),
         off: "split",
-        other: Setting::Not("vru.termination", &["none"]),
+        other: KeyValues::Not("vru.termination", &["none"]),
         instead: "none",
         because: "without an order no pixel knows that the rest is hidden",
     },
     Exclusion {
-        choice: Setting::Is("gsu.impl", &["none"]),
+        choice: KeyValues::Is("gsu.impl", &["none"]),
         off: "split",
-        other: Setting::Unlike("geometry.sort-group", "geometry.tile"),
+        other: KeyValues::Unlike("geometry.sort-group", "geometry.tile"),
         instead: "",
         because: "nobody looks through the list of a group",
     },
     Exclusion {
-        choice: Setting::Is("gsu.impl", &["last", "shared"]),
+        choice: KeyValues::Is("gsu.impl", &["last", "shared"]),
         off: "merge",
-        other: Setting::Unlike("geometry.sort-group", "geometry.tile"),
+        other: KeyValues::Unlike("geometry.sort-group", "geometry.tile"),
         instead: "",
         because: "lists are kept tile by tile",
     },
     Exclusion {
-        choice: Setting::Is("gsu.impl", &["last", "shared"]),
+        choice: KeyValues::Is("gsu.impl", &["last", "shared"]),
         off: "merge",
-        other: Setting::Is("record.entry-bitmap", &["true"]),
+        other: KeyValues::Is("record.entry-bitmap", &["true"]),
         instead: "false",
         because: "sub-tiles of the frame before would be those of splats that have moved",
     },
     Exclusion {
-        choice: Setting::Is("gsu.impl", &["last", "shared"]),
+        choice: KeyValues::Is("gsu.impl", &["last", "shared"]),
         off: "merge",
-        other: Setting::Not("fovea.accumulators", &["0"]),
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
         instead: "0",
         because: "how levels are kept is not known",
     },

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::measures;
 use super::{CcuSpec, Overlap, ScheduleSpec};
 use crate::machine::check::Found;
-use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
+use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
 use crate::stage::{Bias, StageDecl, buffer, buffer_id, omit};
 use powergs_base::quantity::Bytes;
 use powergs_energy::action::{BufferId, Memory, Phase};
@@ -161,16 +161,16 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Not("binning.impl", &["free"]),
+        choice: KeyValues::Not("binning.impl", &["free"]),
         off: "free",
-        other: Setting::Is("gsu.impl", &["update", "last", "shared"]),
+        other: KeyValues::Is("gsu.impl", &["update", "last", "shared"]),
         instead: "split",
         because: "lists that are kept lie back to back",
     },
     Exclusion {
-        choice: Setting::Is("binning.impl", &["two-pass"]),
+        choice: KeyValues::Is("binning.impl", &["two-pass"]),
         off: "free",
-        other: Setting::Not("schedule.overlap", &["none"]),
+        other: KeyValues::Not("schedule.overlap", &["none"]),
         instead: "none",
         because: "nothing overlaps with two passes over all splats",
     },

@@ -13,7 +13,7 @@ use super::second_eye::{FirstView, NoSecond, StereoSummary, derived, shared};
 use super::{TileWise, VruSpec};
 use crate::flow::{History, Incompatible};
 use crate::machine::check::{Found, SIZE_MAX};
-use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
+use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
 use crate::stage::{
     Bias, Measured, Merge, StageDecl, StatDecl, Value, buffer, buffer_id, counted, omit, part,
     real, share, sram_read, sram_write, work, work_id,
@@ -349,23 +349,23 @@ pub(super) const OPTIONAL: &[Optional] = &[Optional {
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Not("stereo.impl", &["separate"]),
+        choice: KeyValues::Not("stereo.impl", &["separate"]),
         off: "separate",
-        other: Setting::Not("fovea.accumulators", &["0"]),
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
         instead: "0",
         because: "how levels are handed on is not known",
     },
     Exclusion {
-        choice: Setting::Not("stereo.impl", &["separate"]),
+        choice: KeyValues::Not("stereo.impl", &["separate"]),
         off: "separate",
-        other: Setting::Is("gsu.impl", &["update", "last", "shared"]),
+        other: KeyValues::Is("gsu.impl", &["update", "last", "shared"]),
         instead: "split",
         because: "an order is kept for each eye, and the second one has none",
     },
     Exclusion {
-        choice: Setting::Not("stereo.impl", &["separate"]),
+        choice: KeyValues::Not("stereo.impl", &["separate"]),
         off: "separate",
-        other: Setting::Not("ccu.fetch", &["visible-colour"]),
+        other: KeyValues::Not("ccu.fetch", &["visible-colour"]),
         instead: "visible-colour",
         because: "both eyes have the colours that were converted before sorting",
     },

@@ -90,8 +90,8 @@ pub fn pairs_written(workload: &FrameWorkload, context: &FrameContext) -> u64 {
     }
 }
 
-/// What is done for the tiles of a frame, apart from speculation: by region of a foveated frame, and
-/// all in the first place of a plain one.
+/// What is done for the tiles of a frame, apart from speculation: by region of a foveated frame,
+/// and all in the first place of a plain one.
 ///
 /// A tile belongs to the region of the level at its centre. Where a job sorts several tiles
 /// together, the sort belongs to the region of its first tile. Preprocessing, the feature cache,

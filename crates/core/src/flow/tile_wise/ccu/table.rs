@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::check::{Found, RECORD_MAX};
-use crate::machine::{Exclusion, Machine, Optional, Setting};
+use crate::machine::{Exclusion, KeyValues, Machine, Optional};
 use crate::workload::STORAGE_BLOCK;
 use powergs_base::quantity::Bytes;
 
@@ -143,18 +143,18 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Is("record.feature-source", &["ccu"]),
+        choice: KeyValues::Is("record.feature-source", &["ccu"]),
         off: "nobody",
-        other: Setting::Is("ccu.fetch", &["lazy-colour"]),
+        other: KeyValues::Is("ccu.fetch", &["lazy-colour"]),
         instead: "visible-colour",
         because: "features need colours before the lists are rendered",
     },
     Exclusion {
-        choice: Setting::Not("ccu.clusters", &["0"]),
+        choice: KeyValues::Not("ccu.clusters", &["0"]),
         off: "0",
-        other: Setting::Is("stereo.impl", &["shared"]),
+        other: KeyValues::Is("stereo.impl", &["shared"]),
         instead: "separate",
-        because: "the second eye goes through what the first one has converted, not through the scene",
+        because: "the second eye goes through what the first one has converted, no scene",
     },
 ];
 

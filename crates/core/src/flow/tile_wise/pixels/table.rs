@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
-use crate::machine::{BufferSpec, Exclusion, Machine, Optional, Ports, Setting};
+use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
 use powergs_base::quantity::Bytes;
 use powergs_frame::splat::Intersection;
 
@@ -181,44 +181,44 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Not("pixels.impl", &["all"]),
+        choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
-        other: Setting::Not("fovea.accumulators", &["0"]),
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
         instead: "0",
         because: "pixels of a foveated frame have two levels",
     },
     Exclusion {
-        choice: Setting::Not("pixels.impl", &["all"]),
+        choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
-        other: Setting::Not("stereo.impl", &["separate"]),
+        other: KeyValues::Not("stereo.impl", &["separate"]),
         instead: "separate",
         because: "the second eye needs all that blends in the first one",
     },
     Exclusion {
-        choice: Setting::Not("pixels.impl", &["all"]),
+        choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
-        other: Setting::Unlike("geometry.sort-group", "geometry.tile"),
+        other: KeyValues::Unlike("geometry.sort-group", "geometry.tile"),
         instead: "",
         because: "tiles that are not rendered have no part in the list of a group",
     },
     Exclusion {
-        choice: Setting::Not("pixels.impl", &["all"]),
+        choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
-        other: Setting::Is("vru.termination", &["none"]),
+        other: KeyValues::Is("vru.termination", &["none"]),
         instead: "subtile",
         because: "pixels that never stop do not know what they see first",
     },
     Exclusion {
-        choice: Setting::Not("pixels.impl", &["all"]),
+        choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
-        other: Setting::Is("gsu.impl", &["update"]),
+        other: KeyValues::Is("gsu.impl", &["update"]),
         instead: "split",
         because: "a list that is kept is that of a tile which is rendered in each frame",
     },
     Exclusion {
-        choice: Setting::Is("pixels.impl", &["warped", "sampled"]),
+        choice: KeyValues::Is("pixels.impl", &["warped", "sampled"]),
         off: "all",
-        other: Setting::Is("gsu.impl", &["last", "shared"]),
+        other: KeyValues::Is("gsu.impl", &["last", "shared"]),
         instead: "split",
         because: "a list that is kept is that of a tile which is rendered in each frame",
     },

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::flow::tile_wise::TileWise;
 use crate::machine::check::{Found, RECORD_MAX};
-use crate::machine::{Exclusion, Machine, Optional, Setting};
+use crate::machine::{Exclusion, KeyValues, Machine, Optional};
 use powergs_base::quantity::Bytes;
 
 /// The `[vru]` table.
@@ -331,58 +331,58 @@ pub(super) const OPTIONAL: &[Optional] = &[
 /// What its choices exclude.
 pub(super) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
-        choice: Setting::Is("vru.impl", &["scan"]),
+        choice: KeyValues::Is("vru.impl", &["scan"]),
         off: "serial",
-        other: Setting::Is("vru.termination", &["tile", "none"]),
+        other: KeyValues::Is("vru.termination", &["tile", "none"]),
         instead: "subtile",
         because: "units that scan one sub-tile after the other stop with the sub-tile",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["rows", "box"]),
+        choice: KeyValues::Is("vru.impl", &["rows", "box"]),
         off: "",
-        other: Setting::Not("vru.termination", &["tile", "none"]),
+        other: KeyValues::Not("vru.termination", &["tile", "none"]),
         instead: "tile",
         because: "such units stop with the tile",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["quads"]),
+        choice: KeyValues::Is("vru.impl", &["quads"]),
         off: "",
-        other: Setting::Not("vru.termination", &["quad", "none"]),
+        other: KeyValues::Not("vru.termination", &["quad", "none"]),
         instead: "quad",
         because: "such units stop with the quad",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["pixels"]),
+        choice: KeyValues::Is("vru.impl", &["pixels"]),
         off: "",
-        other: Setting::Not("vru.termination", &["pixel", "none"]),
+        other: KeyValues::Not("vru.termination", &["pixel", "none"]),
         instead: "pixel",
         because: "such units stop with the pixel",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["leaders"]),
+        choice: KeyValues::Is("vru.impl", &["leaders"]),
         off: "",
-        other: Setting::Is("vru.termination", &["pixel", "quad"]),
+        other: KeyValues::Is("vru.termination", &["pixel", "quad"]),
         instead: "subtile",
         because: "its mini-tiles stop whole",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["rows", "quads", "pixels", "box"]),
+        choice: KeyValues::Is("vru.impl", &["rows", "quads", "pixels", "box"]),
         off: "",
-        other: Setting::Unlike("geometry.subtile", "geometry.tile"),
+        other: KeyValues::Unlike("geometry.subtile", "geometry.tile"),
         instead: "",
         because: "such units have no sub-tiles",
     },
     Exclusion {
-        choice: Setting::Is("vru.impl", &["leaders", "rows", "quads", "pixels", "box"]),
+        choice: KeyValues::Is("vru.impl", &["leaders", "rows", "quads", "pixels", "box"]),
         off: "serial",
-        other: Setting::Not("fovea.accumulators", &["0"]),
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
         instead: "0",
         because: "how such units blend two levels is not known",
     },
     Exclusion {
-        choice: Setting::Is("vru.termination", &["none"]),
+        choice: KeyValues::Is("vru.termination", &["none"]),
         off: "subtile",
-        other: Setting::Not("fovea.accumulators", &["0"]),
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
         instead: "0",
         because: "how such units blend two levels is not known",
     },
