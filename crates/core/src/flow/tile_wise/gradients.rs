@@ -6,7 +6,7 @@
 //! features and pixels are read once more and α is evaluated again. What a tile has for a Gaussian
 //! is added to a sum in a cache that all cores share; a sum that is not there is fetched from
 //! memory for another one. Gradients by parameters and the update follow
-//! ([`steps`](crate::flow::steps)).
+//! ([`steps`]).
 
 use std::ops::Range;
 
