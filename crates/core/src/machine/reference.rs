@@ -22,8 +22,9 @@ impl Reference {
     /// What its run says of the memory of `machine`, where that is `calibrated`: once a frame for
     /// all machines with the same reference. `change` makes the same what does not decide which
     /// requests there are; `run` takes the reference through, and gives what the device did
-    /// ([`Memory::recording`](crate::kernel::memory::Memory::recording)). Whether preprocessing ends before
-    /// the other phases begin is what [`Dataflow::overlaps`](crate::flow::Dataflow::overlaps) says.
+    /// ([`Memory::recording`](crate::kernel::memory::Memory::recording)). Whether preprocessing
+    /// ends before the other phases begin is what
+    /// [`Dataflow::overlaps`](crate::flow::Dataflow::overlaps) says.
     ///
     /// # Panics
     /// When the run has no recording, or the machine was never linked to its device.
