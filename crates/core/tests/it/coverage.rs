@@ -295,7 +295,7 @@ fn every_value_of_a_choice_is_in_its_row() {
     for row in ROWS {
         let flow = FLOWS.iter().map(|decl| decl.flow).find(|flow| flow.key() == row.flow);
         let schema = (flow.expect("a dataflow").tables().schema)();
-        let found = values_in(&Value::from(schema), row.choice);
+        let found = values_in(&schema, row.choice);
         if !found.is_empty() {
             let found: BTreeSet<&str> = found.iter().map(String::as_str).collect();
             assert_eq!(found, row.values.iter().copied().collect(), "{}", row.choice);
