@@ -6,12 +6,11 @@ use expect_test::expect_file;
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::config::layer::base_of;
 use powergs_base::config::schema::leaves;
-use powergs_base::config::{KeyDoc, key_docs, knob, schema_of};
+use powergs_base::config::{KeyDoc, key_docs, key_docs_of, knob, schema_of};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 use powergs_core::flow::tile_wise::Fetch;
 use powergs_core::flow::{self, Dataflow};
-use powergs_core::machine::Machine;
-use powergs_core::machine::Optional;
+use powergs_core::machine::{KeyValues, Machine, Optional};
 use serde_json::Value;
 
 use super::{gscore, sets};
@@ -443,4 +442,39 @@ fn defaults(flow: &toml::Value) -> BTreeMap<String, toml::Value> {
     let all = leaves(&schema_of::<Machine>()).into_iter().chain(own);
     let default = |schema: Value| toml::Value::try_from(schema.get("default")?).ok();
     all.filter_map(|(key, schema)| Some((key, default(schema)?))).collect()
+}
+
+/// A key or a value that no machine file has would exclude nothing, and nobody would see it.
+#[test]
+fn what_is_excluded_is_there() {
+    let mut seen = 0;
+    for flow in flow::all() {
+        let docs = key_docs_of(&(flow.tables().schema)());
+        let check = |key: &str, values: &[&str]| {
+            let doc = docs.iter().find(|doc| doc.path == key);
+            let choices = doc.unwrap_or_else(|| panic!("no key {key}")).choices();
+            for value in values {
+                let is_one = choices.is_empty() || choices.iter().any(|choice| choice == value);
+                assert!(is_one, "{key} = {value}: {choices:?}");
+            }
+        };
+        for exclusion in flow.stages().iter().flat_map(|stage| stage.excludes) {
+            for (setting, end) in
+                [(exclusion.choice, exclusion.off), (exclusion.other, exclusion.instead)]
+            {
+                match setting {
+                    KeyValues::Is(key, values) | KeyValues::Not(key, values) => {
+                        check(key, values);
+                        check(key, Some(end).filter(|end| !end.is_empty()).as_slice());
+                    }
+                    KeyValues::Unlike(key, second) => {
+                        check(key, &[]);
+                        check(second, &[]);
+                    }
+                }
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 30, "{seen}");
 }
