@@ -60,8 +60,8 @@ pub trait Dataflow: Sync {
         None
     }
 
-    /// The stages that its machines may have, in the order of every report: no stage is of two
-    /// dataflows.
+    /// The stages that its machines may have, in the order of every report. A stage may be of
+    /// several dataflows.
     fn stages(&self) -> &'static [&'static StageDecl];
 
     /// Its tables in a machine file.

@@ -369,29 +369,52 @@ impl OmitDecl {
     }
 }
 
-/// The stages of this program, dataflow by dataflow, in the order of every report.
-pub const STAGES: [&StageDecl; stages_of(FLOWS.len())] = {
-    let mut all = [FLOWS[0].stages[0]; stages_of(FLOWS.len())];
-    let mut flow = 0;
+/// The stages of this program, each once, dataflow by dataflow, in the order of every report.
+pub const STAGES: [&StageDecl; distinct()] = {
+    let mut all = [FLOWS[0].stages[0]; distinct()];
+    let (mut n, mut flow) = (0, 0);
     while flow < FLOWS.len() {
-        let (first, mut stage) = (stages_of(flow), 0);
-        while stage < FLOWS[flow].stages.len() {
-            all[first + stage] = FLOWS[flow].stages[stage];
-            stage += 1;
+        let mut at = 0;
+        while at < FLOWS[flow].stages.len() {
+            if is_first(flow, at) {
+                all[n] = FLOWS[flow].stages[at];
+                n += 1;
+            }
+            at += 1;
         }
         flow += 1;
     }
     all
 };
 
-/// Stages of the first so many dataflows.
-const fn stages_of(flows: usize) -> usize {
-    let (mut sum, mut flow) = (0, 0);
-    while flow < flows {
-        sum += FLOWS[flow].stages.len();
+/// How many stages there are, those once that several dataflows have.
+const fn distinct() -> usize {
+    let (mut n, mut flow) = (0, 0);
+    while flow < FLOWS.len() {
+        let mut at = 0;
+        while at < FLOWS[flow].stages.len() {
+            n += is_first(flow, at) as usize;
+            at += 1;
+        }
         flow += 1;
     }
-    sum
+    n
+}
+
+/// Whether no earlier dataflow has a stage.
+const fn is_first(flow: usize, at: usize) -> bool {
+    let (key, mut other) = (FLOWS[flow].stages[at].key, 0);
+    while other < flow {
+        let mut i = 0;
+        while i < FLOWS[other].stages.len() {
+            if same(FLOWS[other].stages[i].key, key) {
+                return false;
+            }
+            i += 1;
+        }
+        other += 1;
+    }
+    true
 }
 
 /// The streams of some stages.
