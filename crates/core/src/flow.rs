@@ -39,6 +39,7 @@ mod error;
 pub mod gpu;
 pub mod lists;
 mod outcome;
+pub mod over;
 pub mod recorded;
 pub mod resident;
 pub mod steps;

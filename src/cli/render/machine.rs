@@ -11,7 +11,6 @@ use crate::cli::{Context, Exit, Failure, OrExit, out};
 use powergs_base::picture::Picture;
 use powergs_core::flow::History;
 use powergs_core::flow::tile_wise::blended::{blended_lists, pixel_origins};
-use powergs_core::flow::tile_wise::pixels;
 use powergs_core::flow::tile_wise::{PixelSource, TileWise};
 use powergs_core::machine::Machine;
 use powergs_core::workload::{FrameDetail, bin_for, demand::demand};
@@ -162,7 +161,8 @@ impl MachineRender {
         let workload = bin_for(&frame, tiles.geometry, detail);
         let name = camera.name.clone();
         if let Some(shown) = &mut self.shown {
-            pixels::fits(&self.machine, &workload).or_exit(Exit::Usage, "--pixels")?;
+            let fits = tiles.pixels.fits(&self.machine.name, &workload);
+            fits.or_exit(Exit::Usage, "--pixels")?;
             let (machine, history) = (&self.machine, &mut self.history);
             let origins = pixel_origins(machine, &workload, camera.eye, history);
             let (made, of) = shown.next(&picture, &origins.unwrap_or_default());

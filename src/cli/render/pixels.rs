@@ -1,7 +1,7 @@
 //! `render --pixels`: pictures of which not all pixels are rendered.
 
 use powergs_base::picture::Picture;
-use powergs_core::flow::tile_wise::pixels::PixelOrigin;
+use powergs_core::flow::over::pixels::PixelOrigin;
 
 /// Pictures that were shown one after the other.
 #[derive(Debug, Default)]

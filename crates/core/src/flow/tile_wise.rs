@@ -14,18 +14,15 @@ mod check;
 pub mod colour;
 pub mod gradients;
 mod gsu;
-pub mod kept_order;
 pub mod layout;
 pub mod lists;
 pub mod measures;
 pub mod pipeline;
-pub mod pixels;
 pub mod qsu;
 mod reference;
 mod resolved;
 pub mod rules;
 pub mod schedule;
-pub mod second_eye;
 pub mod stereo;
 pub mod subtiles;
 mod tables;
@@ -38,6 +35,8 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
     Incompatible, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
+use crate::flow::over::kept_order::{KeptOrder, TableUse};
+use crate::flow::over::pixels::{self, SomePixels};
 use crate::kernel::calibration::CalibrationRecorder;
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
@@ -60,9 +59,7 @@ pub use rules::{Rule, RuleError, RuledUnit, UnitRule, UnitRules, register};
 pub use tables::*;
 
 use gradients::{FrameSums, GradientWork, SumKey};
-use kept_order::{KeptOrder, TableUse};
 use measures::CacheKey;
-use pixels::SomePixels;
 use schedule::Plan;
 use stereo::EyeWork;
 use subtiles::{ChunkRun, Discipline};
@@ -160,7 +157,7 @@ impl Dataflow for TileWiseFlow {
     }
 
     fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
-        pixels::goes_over(machine, frames)
+        machine.tiles().pixels.goes_over(&machine.name, frames)
     }
 
     fn trains(&self, machine: &Machine) -> bool {
@@ -169,7 +166,8 @@ impl Dataflow for TileWiseFlow {
 
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
         let (gsu, stereo) = (&machine.tiles().gsu, &machine.tiles().stereo);
-        let (period, pixels) = (gsu.period(), machine.tiles().pixel_numbers());
+        let period = gsu.period();
+        let pixels = machine.tiles().pixel_filter().map(|filter| filter.numbers());
         if gsu.keeps_lists() {
             let kept = vec![gsu.implementation as u32, gsu.reuse_period, gsu.margin];
             return Some([kept, pixels.unwrap_or_default()].concat());
@@ -196,12 +194,11 @@ impl Dataflow for TileWiseFlow {
             return Some(Box::new(pair));
         }
         let (gsu, workload) = (&machine.tiles().gsu, work.of::<FrameWorkload>()?);
-        let kept = match gsu.keeps_lists() {
-            true => Some(KeptOrder::of(gsu, workload, eye, history)?),
-            false => None,
-        };
+        let keeping = gsu.keeping();
+        let kept = keeping.map(|keeping| KeptOrder::of(keeping, workload, eye, history));
         let made = kept.as_ref().and_then(|kept| kept.made.as_deref());
-        let pixels = SomePixels::of(machine, made.unwrap_or(workload), eye, history, false);
+        let of = |filter| SomePixels::of(filter, made.unwrap_or(workload), eye, history, false);
+        let pixels = machine.tiles().pixel_filter().map(of);
         if kept.is_some() || pixels.is_some() {
             return Some(Box::new(TakenOver { kept, pixels }));
         }

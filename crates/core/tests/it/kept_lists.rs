@@ -1,6 +1,6 @@
 //! Frames that go through lists of frames before (A134).
 
-use powergs_core::flow::tile_wise::kept_order::KeptOrder;
+use powergs_core::flow::over::kept_order::KeptOrder;
 use powergs_core::flow::tile_wise::measures;
 use powergs_core::flow::tile_wise::{FoveaSpec, GsuImpl, GsuSpec};
 use powergs_core::flow::{FrameTask, History};
@@ -53,7 +53,8 @@ fn turned_frames(seed: u64) -> [FrameWorkload; 2] {
 /// What frames do one after the other.
 fn kept(gsu: &GsuSpec, frames: &[FrameWorkload]) -> Vec<KeptOrder> {
     let mut history = History::default();
-    let of = |frame| KeptOrder::of(gsu, frame, None, &mut history).expect("lists are kept");
+    let keeping = gsu.keeping().expect("lists are kept");
+    let of = |frame| KeptOrder::of(keeping, frame, None, &mut history);
     frames.iter().map(of).collect()
 }
 

@@ -3,9 +3,9 @@
 
 use std::collections::HashMap;
 
+use powergs_core::flow::over::pixels::{PixelOrigin, SomePixels};
+use powergs_core::flow::over::pixels::{PixelSummary, RENDERED_PIXELS};
 use powergs_core::flow::tile_wise::blended::pixel_origins;
-use powergs_core::flow::tile_wise::pixels::{PixelOrigin, SomePixels};
-use powergs_core::flow::tile_wise::pixels::{PixelSummary, RENDERED_PIXELS};
 use powergs_core::flow::tile_wise::{FoveaSpec, PixelSource, SamplePattern};
 use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;
@@ -59,7 +59,8 @@ fn binned(frames: &[Frame]) -> Vec<FrameWorkload> {
 /// What frames render, one after the other.
 fn some(machine: &Machine, frames: &[FrameWorkload]) -> Vec<SomePixels> {
     let mut history = History::default();
-    let of = |w| SomePixels::of(machine, w, None, &mut history, true).expect("a source");
+    let filter = machine.tiles().pixel_filter().expect("a source");
+    let of = |w| SomePixels::of(filter, w, None, &mut history, true);
     frames.iter().map(of).collect()
 }
 

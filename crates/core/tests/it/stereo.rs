@@ -1,6 +1,6 @@
 //! Two eyes of a pair on machines that share something between them (A132).
 
-use powergs_core::flow::tile_wise::second_eye::{FirstView, NoSecond, derived, shared};
+use powergs_core::flow::over::second_eye::{FirstView, NoSecond, derived, shared};
 use powergs_core::flow::tile_wise::{FoveaSpec, StereoImpl};
 use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;

@@ -1,10 +1,10 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
 use powergs_base::quantity::{Hertz, Picojoules, SquareMillimetres};
+use powergs_core::flow::over::pixels::PixelSummary;
+use powergs_core::flow::over::second_eye::StereoSummary;
 use powergs_core::flow::steps::StepCycles;
 use powergs_core::flow::tile_wise::gradients::{ADDITIONS, FOUND_SUMS};
-use powergs_core::flow::tile_wise::pixels::PixelSummary;
-use powergs_core::flow::tile_wise::second_eye::StereoSummary;
 use powergs_core::flow::tile_wise::{cache, measures};
 use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_core::run::Input;

@@ -1,6 +1,6 @@
 //! What must hold before a frame runs, and after.
 
-use super::{FeatureSource, FrameReplay, pixels};
+use super::{FeatureSource, FrameReplay};
 use crate::flow::{FrameTask, Incompatible, InvariantViolated};
 use crate::machine::Machine;
 use crate::workload::{FrameWorkload, binning};
@@ -25,7 +25,7 @@ pub(super) fn fits(workload: &FrameWorkload, task: &FrameTask<'_>) -> Result<(),
                    without a gaze, or set `training.interval` = 0";
         return Err(Incompatible::Other { machine: name(), why: why.into() });
     }
-    pixels::fits(machine, workload)?;
+    tiles.pixels.fits(&machine.name, workload)?;
     if workload.geometry != tiles.geometry {
         let (workload, machine) = (workload.geometry, tiles.geometry);
         return Err(Incompatible::Geometry { workload, machine });

@@ -3,11 +3,11 @@
 
 use rayon::prelude::*;
 
-use super::kept_order::KeptOrder;
 use super::measures::{reuse, sorter};
-use super::pixels::{PixelOrigin, SomePixels};
 use super::{GsuImpl, TileWise};
 use crate::flow::History;
+use crate::flow::over::kept_order::KeptOrder;
+use crate::flow::over::pixels::{PixelOrigin, SomePixels};
 use crate::machine::Machine;
 use crate::workload::FrameWorkload;
 use crate::workload::order::sorted_lists;
@@ -53,7 +53,8 @@ pub fn blended_lists(
             }
         },
         GsuImpl::Last | GsuImpl::Shared => {
-            let kept = KeptOrder::of(gsu, workload, eye, history).expect("it keeps lists");
+            let keeping = gsu.keeping().expect("it keeps lists");
+            let kept = KeptOrder::of(keeping, workload, eye, history);
             let of_made = |made: Box<FrameWorkload>| {
                 made.tiles.iter().map(|tile| made.list_of(tile).to_vec()).collect()
             };
@@ -77,7 +78,8 @@ pub fn pixel_origins(
     eye: Option<Eye>,
     history: &mut History,
 ) -> Option<Vec<PixelOrigin>> {
-    SomePixels::of(machine, workload, eye, history, true).map(|some| some.origins)
+    let filter = machine.tiles().pixel_filter()?;
+    Some(SomePixels::of(filter, workload, eye, history, true).origins)
 }
 
 /// The lists of tiles out of those of their sort groups.

@@ -3,6 +3,7 @@
 use super::{FeatureSource, Fetch, TileWise};
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
 use powergs_base::quantity::Bytes;
+use powergs_frame::splat::Intersection;
 
 /// The largest side of a sort group, pixels.
 const SORT_GROUP_MAX: u32 = 512;
@@ -10,6 +11,7 @@ const SORT_GROUP_MAX: u32 = 512;
 /// Adds what is wrong with keys that no unit has to itself.
 pub(super) fn check(machine: &TileWise, found: &mut Found) {
     geometry(machine, found);
+    pixels(machine, found);
     records(machine, found);
     colours(machine, found);
     features(machine, found);
@@ -53,6 +55,16 @@ fn geometry(m: &TileWise, found: &mut Found) {
         );
         found.add("geometry.sort-group", message);
         found.ends_with("geometry.sort-group", g.tile);
+    }
+}
+
+/// Pixels are tested by the units that test boxes.
+fn pixels(m: &TileWise, found: &mut Found) {
+    if m.pixels.filters() && m.geometry.test != Intersection::Aabb {
+        let message = "`pixels.filter` contradicts `geometry.test`: the units that test boxes test \
+                       pixels; set `geometry.test` = \"aabb\"";
+        found.add("pixels.filter", message.to_owned());
+        found.ends_with("pixels.filter", false);
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DepthKey, PivotRule};
+use crate::flow::over::kept_order::ListKeeping;
 use crate::machine::{Exclusion, KeyValues, Optional};
 
 /// The `[gsu]` table; counts are per core.
@@ -84,9 +85,20 @@ impl GsuSpec {
         matches!(self.implementation, GsuImpl::Merge) || self.keeps_lists()
     }
 
+    /// How frames go through lists of frames before; `None` where they do not.
+    pub fn keeping(&self) -> Option<ListKeeping> {
+        match self.implementation {
+            GsuImpl::Last => Some(ListKeeping::Last),
+            GsuImpl::Shared => {
+                Some(ListKeeping::Shared { period: self.reuse_period, margin: self.margin })
+            }
+            GsuImpl::Split | GsuImpl::Merge | GsuImpl::Update | GsuImpl::None => None,
+        }
+    }
+
     /// Whether frames go through lists of frames before.
     pub fn keeps_lists(&self) -> bool {
-        matches!(self.implementation, GsuImpl::Last | GsuImpl::Shared)
+        self.keeping().is_some()
     }
 
     /// Frames after which every list is sorted from nothing; 1 for every frame.

@@ -46,6 +46,7 @@ mod render;
 
 use std::ops::Range;
 
+use crate::flow::over::pixels::PXU;
 use crate::flow::steps::{StepCycles, StepPart};
 use crate::flow::tile_wise::FrameContext;
 use crate::flow::tile_wise::STREAMS;
@@ -59,7 +60,6 @@ use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
 use crate::flow::tile_wise::pipeline::core::Core;
 use crate::flow::tile_wise::pipeline::gradient_stage::{GradientUnit, HandedTiles, LooksAgain};
 use crate::flow::tile_wise::pipeline::list_completion::ListCompletion;
-use crate::flow::tile_wise::pixels::PXU;
 use crate::flow::tile_wise::qsu::{Qsu, SORTING};
 use crate::flow::tile_wise::resolved::ResolvedUnits;
 use crate::flow::tile_wise::rules::RuleCheck;

@@ -9,8 +9,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::second_eye::{FirstView, NoSecond, StereoSummary, derived, shared};
 use super::{TileWise, VruSpec};
+use crate::flow::over::second_eye::{FirstView, NoSecond, StereoSummary, derived, shared};
 use crate::flow::{History, Incompatible};
 use crate::machine::check::{Found, SIZE_MAX};
 use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};

@@ -9,11 +9,12 @@ pub use super::colour::CodebookSpec;
 pub use super::gradients::GradientsSpec;
 pub use super::gsu::{DepthUpdate, GsuImpl, GsuSpec, Spill};
 pub use super::lists::{BinningImpl, BinningSpec, PartialWrite};
-pub use super::pixels::{PixelSource, PixelsSpec, SamplePattern};
 use super::rules::UnitRules;
 pub use super::stereo::{StereoImpl, StereoSpec};
 pub use super::vru::{FoveaSpec, Termination, VruImpl, VruSpec};
 use crate::flow::lists::alignment_of;
+use crate::flow::over::pixels::PixelFilter;
+pub use crate::flow::over::pixels::{PixelSource, PixelsSpec, SamplePattern};
 pub use crate::flow::steps::TrainingSpec;
 use crate::machine::{BufferSpec, Machine};
 use crate::workload::binning::ListShape;
@@ -149,25 +150,9 @@ impl TileWise {
         }
     }
 
-    /// What decides which pixels are rendered; `None` where all are.
-    pub fn pixel_numbers(&self) -> Option<Vec<u32>> {
-        let p = &self.pixels;
-        let both = |n: u64| [n as u32, (n >> 32) as u32];
-        let of = match p.source {
-            PixelSource::All => return None,
-            PixelSource::Warped => {
-                let bytes = both(self.record.pixel.0 + p.depth.0);
-                [&[p.period][..], &both(p.holes.to_bits()), &bytes].concat()
-            }
-            PixelSource::Cached => {
-                let sizes = [both(p.entry.0), both(p.buffer.capacity.0)].concat();
-                [&[p.ids, p.ways, p.region][..], &sizes].concat()
-            }
-            PixelSource::Sampled => {
-                vec![p.period, p.stride, p.pattern as u32, u32::from(p.filter)]
-            }
-        };
-        Some([vec![p.source as u32], of].concat())
+    /// Which pixels are rendered; `None` where all are.
+    pub fn pixel_filter(&self) -> Option<PixelFilter<'_>> {
+        self.pixels.filter(self.record.pixel)
     }
 
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile

@@ -2,11 +2,11 @@
 //! two eyes, render some pixels or train, against the oracle and by the way of every session.
 
 use powergs_base::quantity::Bytes;
+use powergs_core::flow::over::kept_order::KeptOrder;
+use powergs_core::flow::over::pixels::SomePixels;
+use powergs_core::flow::over::second_eye::{FirstView, derived, shared};
 use powergs_core::flow::steps::Updated;
-use powergs_core::flow::tile_wise::kept_order::KeptOrder;
 use powergs_core::flow::tile_wise::measures::{self, CacheKey};
-use powergs_core::flow::tile_wise::pixels::SomePixels;
-use powergs_core::flow::tile_wise::second_eye::{FirstView, derived, shared};
 use powergs_core::flow::tile_wise::{
     FeatureSource, Fetch, FoveaSpec, FrameContext, GsuImpl, Overlap, PixelSource, SamplePattern,
     StereoImpl, Termination, VruImpl,
@@ -278,12 +278,12 @@ impl Taken {
             });
             return Some(taken);
         }
-        taken.kept = m
-            .gsu
-            .keeps_lists()
-            .then(|| KeptOrder::of(&m.gsu, work, eye, history).expect("lists are kept"));
+        let keeping = m.gsu.keeping();
+        taken.kept = keeping.map(|keeping| KeptOrder::of(keeping, work, eye, history));
         let made = taken.kept.as_ref().and_then(|kept| kept.made.as_deref());
-        taken.pixels = SomePixels::of(machine, made.unwrap_or(work), eye, history, false);
+        let filter = m.pixel_filter();
+        let frame = made.unwrap_or(work);
+        taken.pixels = filter.map(|filter| SomePixels::of(filter, frame, eye, history, false));
         if m.gsu.period() > 1 {
             taken.reuse = measures::reuse(work, eye, m.gsu.period(), history);
         }

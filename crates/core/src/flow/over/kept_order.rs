@@ -8,13 +8,26 @@
 
 use rayon::prelude::*;
 
-use super::{GsuImpl, GsuSpec};
 use crate::flow::History;
 use crate::workload::blend::TileBlend;
 use crate::workload::reuse::{GONE, ReuseSummary, SortedLists, ranks_by_index, update};
 use crate::workload::{FrameWorkload, TileList};
 use powergs_frame::scene::Eye;
 use powergs_frame::splat::Counters;
+
+/// How a machine keeps lists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ListKeeping {
+    /// A frame goes through the lists of the one before.
+    Last,
+    /// One frame in `period` makes lists for all of them.
+    Shared {
+        /// Frames from one that makes lists to the next.
+        period: u32,
+        /// How far a splat may be from a tile to be in its list, pixels.
+        margin: u32,
+    },
+}
 
 /// What a frame does with lists of before.
 #[derive(Debug)]
@@ -38,33 +51,33 @@ pub struct TableUse {
 }
 
 impl KeptOrder {
-    /// What a frame does; `None` on machines that take over no lists.
+    /// What a frame does.
     pub fn of(
-        gsu: &GsuSpec,
+        keeping: ListKeeping,
         workload: &FrameWorkload,
         eye: Option<Eye>,
         history: &mut History,
-    ) -> Option<KeptOrder> {
+    ) -> KeptOrder {
         let before: Option<SortedLists> = history.take(eye);
         let before = before.filter(|table| table.fits(workload));
-        match gsu.implementation {
-            GsuImpl::Last => {
+        match keeping {
+            ListKeeping::Last => {
                 history.keep(eye, SortedLists::exact(workload));
                 let sorted = workload.tiles.iter().map(|tile| tile.entries).collect();
-                Some(match before {
+                match before {
                     None => KeptOrder::own(sorted),
                     Some(table) => KeptOrder::through(&table, workload, Some(sorted)),
-                })
+                }
             }
-            GsuImpl::Shared => {
-                let before = before.filter(|table| table.age() + 1 < gsu.reuse_period);
+            ListKeeping::Shared { period, margin } => {
+                let before = before.filter(|table| table.age() + 1 < period);
                 let (mut kept, table) = match before {
                     Some(table) => {
                         let none = vec![0; workload.tiles.len()];
                         (KeptOrder::through(&table, workload, Some(none)), table.older())
                     }
                     None => {
-                        let table = SortedLists::widened(workload, gsu.margin);
+                        let table = SortedLists::widened(workload, margin);
                         (KeptOrder::through(&table, workload, None), table)
                     }
                 };
@@ -72,9 +85,8 @@ impl KeptOrder {
                     scale_tests(made, kept.lists.written());
                 }
                 history.keep(eye, table);
-                Some(kept)
+                kept
             }
-            _ => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::flow::tile_wise::PixelsSpec;
+use super::PixelsSpec;
 use crate::workload::FrameWorkload;
 use glam::{DMat3, DVec3};
 use powergs_frame::scene::Camera;

@@ -16,7 +16,7 @@ mod cache;
 mod table;
 mod warp;
 
-use crate::flow::{History, Incompatible};
+use crate::flow::History;
 use crate::kernel::blocks::{BlockStream, MovedBlock};
 use crate::machine::Machine;
 use crate::stage::{
@@ -33,7 +33,7 @@ use rayon::prelude::*;
 
 use crate::kernel::stream::{reads, writes};
 use cache::{KnownTile, RadianceCaches};
-pub use table::{PixelSource, PixelsSpec, SamplePattern};
+pub use table::{PixelFilter, PixelSource, PixelsSpec, SamplePattern};
 pub use warp::{Shown, ShownPixel, Warp};
 
 /// What the unit declares.
@@ -220,26 +220,25 @@ struct SeenTile {
 }
 
 impl SomePixels {
-    /// What a frame renders; `None` on machines that render all pixels. With `one_by_one` the
-    /// origins of pixels are there.
+    /// What a frame renders. With `one_by_one` the origins of pixels are there.
     pub fn of(
-        machine: &Machine,
+        filter: PixelFilter<'_>,
         workload: &FrameWorkload,
         eye: Option<Eye>,
         history: &mut History,
         one_by_one: bool,
-    ) -> Option<SomePixels> {
-        let source = SourceFrame { machine, workload, eye, one_by_one };
-        Some(match machine.tiles().pixels.source {
-            PixelSource::All => return None,
-            PixelSource::Warped => source.warped(history),
-            PixelSource::Cached => source.cached(history),
-            PixelSource::Sampled => source.sampled(history),
-        })
+    ) -> SomePixels {
+        let frame = SourceFrame { filter, workload, eye, one_by_one };
+        match filter.spec.source {
+            PixelSource::All => frame.whole(),
+            PixelSource::Warped => frame.warped(history),
+            PixelSource::Cached => frame.cached(history),
+            PixelSource::Sampled => frame.sampled(history),
+        }
     }
 
     /// Charges what the unit does.
-    pub(super) fn charge(&self, actions: &mut ActionCounts) {
+    pub(in crate::flow) fn charge(&self, actions: &mut ActionCounts) {
         actions.add(&self.actions);
         let [read, write] = BlockStream::bytes(&self.blocks);
         actions.charge(Phase::Rendering, DRAM_READ, read);
@@ -250,17 +249,13 @@ impl SomePixels {
 /// A frame, and who shows it.
 #[derive(Clone, Copy)]
 struct SourceFrame<'a> {
-    machine: &'a Machine,
+    filter: PixelFilter<'a>,
     workload: &'a FrameWorkload,
     eye: Option<Eye>,
     one_by_one: bool,
 }
 
 impl SourceFrame<'_> {
-    fn spec(&self) -> &PixelsSpec {
-        &self.machine.tiles().pixels
-    }
-
     /// All of it is rendered.
     fn whole(&self) -> SomePixels {
         let pixels = u64::from(self.workload.width) * u64::from(self.workload.height);
@@ -276,7 +271,7 @@ impl SourceFrame<'_> {
 
     fn warped(&self, history: &mut History) -> SomePixels {
         let SourceFrame { workload, eye, .. } = *self;
-        let (spec, pixel) = (self.spec(), self.machine.tiles().record.pixel.0);
+        let PixelFilter { spec, pixel } = self.filter;
         let tiles = workload.tiles.len();
         let before = history.take::<Shown>(eye).filter(|shown| shown.goes_on(workload, spec));
         // A whole frame needs the depths of its pixels only, so that the next one can move them.
@@ -297,7 +292,7 @@ impl SourceFrame<'_> {
             })
             .collect();
         let mut found = self.whole();
-        let whole = pixel + spec.depth.0;
+        let whole = pixel.0 + spec.depth.0;
         let (mut shown, mut lists) = (Vec::with_capacity(tiles), Vec::with_capacity(tiles));
         found.summary.rendered = 0;
         for (tile, (anew, missing)) in parts.into_iter().enumerate() {
@@ -351,7 +346,7 @@ impl SourceFrame<'_> {
     }
 
     fn cached(&self, history: &mut History) -> SomePixels {
-        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.spec());
+        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.filter.spec);
         let caches = history.take::<RadianceCaches>(eye);
         let caches = caches.filter(|caches| caches.fits(workload, spec));
         let mut caches = caches.unwrap_or_else(|| RadianceCaches::new(workload, spec));
@@ -402,7 +397,7 @@ impl SourceFrame<'_> {
     }
 
     fn sampled(&self, history: &mut History) -> SomePixels {
-        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.spec());
+        let (SourceFrame { workload, eye, .. }, spec) = (*self, self.filter.spec);
         let FrameCount(frame) = history.take(eye).unwrap_or_default();
         history.keep(eye, FrameCount(frame + 1));
         let mut found = self.whole();
@@ -424,51 +419,6 @@ impl SourceFrame<'_> {
         found.made = Some(Box::new(made));
         found
     }
-}
-
-/// Whether so many frames show what a machine does.
-///
-/// # Errors
-/// Pixels that are moved from frame to frame, and one frame only.
-pub(super) fn goes_over(machine: &Machine, frames: usize) -> Result<(), String> {
-    let spec = &machine.tiles().pixels;
-    if spec.source != PixelSource::Warped || spec.period <= 1 || frames > 1 {
-        return Ok(());
-    }
-    Err(format!(
-        "machine `{}` renders one frame in {} whole (`pixels.period`), and there is one frame \
-         only: extract frames of a path (--path-frames 900 --frames 0..10), or set `pixels.impl` = \
-         \"all\"",
-        machine.name, spec.period
-    ))
-}
-
-/// Whether a machine can show a frame of this size.
-///
-/// # Errors
-/// A sample that is larger than the image; more tiles than it has counters for.
-pub fn fits(machine: &Machine, workload: &FrameWorkload) -> Result<(), Incompatible> {
-    let spec = &machine.tiles().pixels;
-    let refused = |why| Err(Incompatible::Other { machine: machine.name.clone(), why });
-    let (width, height) = (workload.width, workload.height);
-    if spec.source == PixelSource::Sampled && spec.stride > width.min(height) {
-        let most = width.min(height);
-        return refused(format!(
-            "`pixels.stride` = {} is larger than the image of {width}x{height}: set it to {most} \
-             at most",
-            spec.stride
-        ));
-    }
-    let counters = Bytes(workload.tiles.len() as u64 * COUNTER);
-    if spec.source == PixelSource::Warped && counters > spec.buffer.capacity {
-        return refused(format!(
-            "{} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is {}: make \
-             it larger, or `geometry.tile`",
-            workload.tiles.len(),
-            spec.buffer.capacity
-        ));
-    }
-    Ok(())
 }
 
 /// Frames that were seen.

@@ -3,10 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::COUNTER;
+use crate::flow::Incompatible;
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
 use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
+use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
-use powergs_frame::splat::Intersection;
 
 /// The `[pixels]` table: which pixels of a frame are rendered, and where the others come from.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -56,9 +58,89 @@ impl PixelsSpec {
         self.source == PixelSource::Sampled && self.filter
     }
 
+    /// Which pixels are rendered of pictures of so many bytes a pixel; `None` where all are.
+    pub fn filter(&self, pixel: Bytes) -> Option<PixelFilter<'_>> {
+        (self.source != PixelSource::All).then_some(PixelFilter { spec: self, pixel })
+    }
+
+    /// Whether so many frames show what a machine does.
+    ///
+    /// # Errors
+    /// Pixels that are moved from frame to frame, and one frame only.
+    pub fn goes_over(&self, machine: &str, frames: usize) -> Result<(), String> {
+        if self.source != PixelSource::Warped || self.period <= 1 || frames > 1 {
+            return Ok(());
+        }
+        Err(format!(
+            "machine `{machine}` renders one frame in {} whole (`pixels.period`), and there is one \
+             frame only: extract frames of a path (--path-frames 900 --frames 0..10), or set \
+             `pixels.impl` = \"all\"",
+            self.period
+        ))
+    }
+
+    /// Whether a machine can show a frame of this size.
+    ///
+    /// # Errors
+    /// A sample that is larger than the image; more tiles than it has counters for.
+    pub fn fits(&self, machine: &str, workload: &FrameWorkload) -> Result<(), Incompatible> {
+        let refused = |why| Err(Incompatible::Other { machine: machine.to_owned(), why });
+        let (width, height) = (workload.width, workload.height);
+        if self.source == PixelSource::Sampled && self.stride > width.min(height) {
+            let most = width.min(height);
+            return refused(format!(
+                "`pixels.stride` = {} is larger than the image of {width}x{height}: set it to \
+                 {most} at most",
+                self.stride
+            ));
+        }
+        let counters = Bytes(workload.tiles.len() as u64 * COUNTER);
+        if self.source == PixelSource::Warped && counters > self.buffer.capacity {
+            return refused(format!(
+                "{} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is {}: \
+                 make it larger, or `geometry.tile`",
+                workload.tiles.len(),
+                self.buffer.capacity
+            ));
+        }
+        Ok(())
+    }
+
     /// Bytes that are kept of a pixel beside its colour.
     pub fn kept(&self) -> Bytes {
         if self.source == PixelSource::Warped { self.depth } else { Bytes(0) }
+    }
+}
+
+/// Which pixels of the pictures of a machine are rendered.
+#[derive(Debug, Clone, Copy)]
+pub struct PixelFilter<'a> {
+    /// Where the others come from.
+    pub spec: &'a PixelsSpec,
+    /// A finished pixel in memory.
+    pub pixel: Bytes,
+}
+
+impl PixelFilter<'_> {
+    /// What decides which pixels are rendered: machines with the same numbers render the same.
+    pub fn numbers(&self) -> Vec<u32> {
+        let p = self.spec;
+        let both = |n: u64| [n as u32, (n >> 32) as u32];
+        let of = match p.source {
+            PixelSource::All => Vec::new(),
+            PixelSource::Warped => {
+                let bytes = both(self.pixel.0 + p.depth.0);
+                [&[p.period][..], &both(p.holes.to_bits()), &bytes].concat()
+            }
+            PixelSource::Cached => {
+                let sizes = [both(p.entry.0), both(p.buffer.capacity.0)].concat();
+                [&[p.ids, p.ways, p.region][..], &sizes].concat()
+            }
+            PixelSource::Sampled => {
+                vec![p.period, p.stride, p.pattern as u32, u32::from(p.filter)]
+            }
+        };
+        [vec![p.source as u32], of].concat()
     }
 }
 
@@ -138,7 +220,7 @@ pub enum SamplePattern {
 }
 
 /// Parts and choices that it may be without.
-pub(super) const OPTIONAL: &[Optional] = &[
+pub(in crate::flow) const OPTIONAL: &[Optional] = &[
     Optional {
         what: "pixels that are not rendered",
         switch: "pixels.impl",
@@ -179,7 +261,7 @@ pub(super) const OPTIONAL: &[Optional] = &[
 ];
 
 /// What its choices exclude.
-pub(super) const EXCLUDES: &[Exclusion] = &[
+pub(in crate::flow) const EXCLUDES: &[Exclusion] = &[
     Exclusion {
         choice: KeyValues::Not("pixels.impl", &["all"]),
         off: "all",
@@ -224,26 +306,22 @@ pub(super) const EXCLUDES: &[Exclusion] = &[
     },
 ];
 
-/// Pixels that are not rendered.
-pub(super) fn check(machine: &Machine, found: &mut Found) {
-    let m = machine.tiles();
-    if m.pixels.filters() && m.geometry.test != Intersection::Aabb {
-        let message = "`pixels.filter` contradicts `geometry.test`: the units that test boxes test \
-                       pixels; set `geometry.test` = \"aabb\"";
-        found.add("pixels.filter", message.to_owned());
-        found.ends_with("pixels.filter", false);
-    }
-    let (p, g) = (&m.pixels, &m.geometry);
+/// Adds what of the keys of a machine does not fit together.
+pub(in crate::flow) fn check(machine: &Machine, found: &mut Found) {
+    let p: &PixelsSpec = machine.of_type();
     if p.source == PixelSource::All {
         return;
     }
-    if p.source == PixelSource::Cached && !p.region.is_multiple_of(g.tile) {
+    // The sizes of tiles do not depend on the image where pixels may be cached.
+    let [tile, _] = machine.flow().tile(machine, [1, 1]);
+    if p.source == PixelSource::Cached && !p.region.is_multiple_of(tile) {
         let message = format!(
-            "`pixels.region` = {} is no multiple of `geometry.tile` = {}: a tile is in one region",
-            p.region, g.tile
+            "`pixels.region` = {} is no multiple of the side of a tile, {tile}: a tile is in one \
+             region",
+            p.region
         );
         found.add("pixels.region", message);
-        found.ends_with("pixels.region", p.region.next_multiple_of(g.tile));
+        found.ends_with("pixels.region", p.region.next_multiple_of(tile));
     }
     if p.source == PixelSource::Warped && p.period == 0 {
         let message = "`pixels.period` = 0: the first frame is rendered whole; 1 renders all, 5 \

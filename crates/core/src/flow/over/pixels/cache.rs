@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::PixelsSpec;
 use super::{mixed, own_list};
-use crate::flow::tile_wise::PixelsSpec;
 use crate::workload::blend::TileBlend;
 use crate::workload::{FrameWorkload, TileList};
 
