@@ -557,10 +557,14 @@ impl Tables {
     }
 }
 
-/// What [`FlowTables`] is for a struct of tables, each of a type of its own.
+/// What [`FlowTables`] is for a struct of tables, each of a type of its own. A dataflow may lack
+/// keys of a table that others have too: these are named last.
 #[macro_export]
 macro_rules! flow_tables {
     ($tables:ty, $flow:expr, [$($table:ident),* $(,)?]) => {
+        $crate::flow::flow_tables!($tables, $flow, [$($table),*], []);
+    };
+    ($tables:ty, $flow:expr, [$($table:ident),* $(,)?], $lacks:expr) => {
         impl $crate::flow::FlowTables for $tables {
             fn flow(&self) -> &'static dyn $crate::flow::Dataflow {
                 &$flow
@@ -573,7 +577,9 @@ macro_rules! flow_tables {
 
             fn to_toml(&self) -> toml::Table {
                 let table = toml::Table::try_from(self);
-                table.expect("tables of a machine have only tables, numbers and strings")
+                let table = table.expect("tables of a machine have only tables, numbers and strings");
+                let lacks: &[&str] = &$lacks;
+                lacks.iter().fold(table, |table, key| $crate::machine::without_key(table, key))
             }
 
             fn boxed(&self) -> Box<dyn $crate::flow::FlowTables> {

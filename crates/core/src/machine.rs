@@ -29,7 +29,7 @@ pub use crate::kernel::spec::{
     AccessOrder, BufferSpec, DramModel, DramSpec, External, NO_DEVICE, Ports, SecondMasterSpec,
 };
 pub use exclusion::{Exclusion, KeyValues};
-pub use optional::Optional;
+pub use optional::{Optional, without_key};
 pub use reference::Reference;
 
 /// The `[gating]` table: power gating; without it there is none.

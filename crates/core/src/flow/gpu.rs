@@ -17,6 +17,9 @@
 //! raster operations of the graphics pipeline (`rops`; [`rops`]): then Gaussians are not paired
 //! with tiles, and sorted once by their depth.
 //!
+//! Not all pixels need be rendered (`pixels`; [`reproject`]): the kernels in front of the others
+//! move those of the frame before.
+//!
 //! A frame that is trained on (`training.sum`; A144) goes on: the loss of its picture, the lists in
 //! reverse with the gradients of each pixel, which are added up for Gaussians, gradients by
 //! parameters, and the update. What is added to memory pixel by pixel passes through the L2 cache
@@ -26,6 +29,7 @@ pub mod attached;
 pub mod blocks;
 pub mod cache;
 mod check;
+pub mod reproject;
 pub mod rops;
 pub mod stages;
 mod tables;
@@ -34,9 +38,11 @@ pub mod warps;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::over::pixels::{self, SomePixels};
 use super::steps::{self, SteppedGaussians};
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, SimError, TablesDecl, WorkKey, lists,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Handed, History, Incompatible, SimError,
+    TablesDecl, Work, WorkKey, lists,
 };
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
@@ -52,9 +58,11 @@ use crate::stage::{
     streams,
 };
 use crate::workload::FrameWorkload;
+use powergs_base::config::schema_of;
 use powergs_base::quantity::{BytesPerSecond, Nanoseconds};
 use powergs_dram::AddressRange;
 use powergs_energy::action::{ActionCounts, Phase};
+use powergs_frame::scene::Eye;
 
 pub use stages::{ATTACHED_DECL, QUAD_BLENDED, ROP_DECL, SM_DECL};
 pub use tables::*;
@@ -62,6 +70,7 @@ pub use tables::*;
 use attached::AttachedWork;
 use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered, ListReads};
+use reproject::Moved;
 use rops::{CORNERS, DrawKey, Drawn};
 use stages::{
     ATTACHED, EXPONENTIAL, INSTRUCTION, L2, L2_HITS, L2_MISSES, LAUNCHING, LIVE, ROP, SLOTS, SM,
@@ -103,7 +112,12 @@ impl Dataflow for GpuFlow {
     }
 
     fn tables(&self) -> TablesDecl {
-        TablesDecl::of::<Gpu>()
+        let schema = || {
+            let mut schema = schema_of::<Gpu>();
+            pixels::leave_out(&mut schema, &reproject::OF_UNITS, &reproject::KEYS_OF_UNITS);
+            schema
+        };
+        TablesDecl { schema, ..TablesDecl::of::<Gpu>() }
     }
 
     fn trains(&self, machine: &Machine) -> bool {
@@ -149,7 +163,26 @@ impl Dataflow for GpuFlow {
                 why: why.into(),
             });
         }
-        Ok(())
+        task.machine.gpu().pixels.fits(&task.machine.name, workload)
+    }
+
+    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
+        machine.gpu().pixels.goes_over(&machine.name, frames)
+    }
+
+    fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
+        Some(machine.gpu().pixel_filter()?.numbers())
+    }
+
+    fn hand_over(
+        &self,
+        machine: &Machine,
+        work: &dyn Work,
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> Option<Handed> {
+        let filter = machine.gpu().pixel_filter()?;
+        Some(Box::new(SomePixels::of(filter, work.of()?, eye, history, false)))
     }
 
     fn run(
@@ -158,15 +191,24 @@ impl Dataflow for GpuFlow {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError> {
         let workload = workload(task)?;
-        let kernels = Kernels::new(task.machine, workload, task.memo);
-        let calibration = calibration(task.machine, &kernels, task.memo);
+        let some = task.before.and_then(|before| before.downcast_ref::<SomePixels>());
+        // What others share is of the whole frame.
+        let own = Memo::default();
+        let made = some.and_then(|some| some.made.as_deref());
+        let (workload, memo) = made.map_or((workload, task.memo), |made| (made, &own));
+        let kernels = Kernels::new(task.machine, workload, some, memo);
+        let calibration = calibration(task.machine, &kernels, memo);
         let calibration = calibration.as_deref();
-        Ok(match observer {
+        let mut outcome = match observer {
             None => through(task.machine, &kernels, calibration, task.halt, &mut ()).0,
             Some(mut observer) => {
                 through(task.machine, &kernels, calibration, task.halt, &mut observer).0
             }
-        })
+        };
+        if let Some(some) = some {
+            outcome.measured.extend(some.summary.moved());
+        }
+        Ok(outcome)
     }
 }
 
@@ -184,6 +226,8 @@ fn workload<'a>(task: &FrameTask<'a>) -> Result<&'a FrameWorkload, Incompatible>
 /// What a kernel is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KernelPart {
+    /// Pixels of the frame before are moved.
+    Reproject,
     /// Gaussians are converted.
     Convert,
     /// Pairs are made.
@@ -204,7 +248,8 @@ pub enum KernelPart {
 
 impl KernelPart {
     /// All of them, in their order.
-    pub const ALL: [KernelPart; 8] = [
+    pub const ALL: [KernelPart; 9] = [
+        KernelPart::Reproject,
         KernelPart::Convert,
         KernelPart::Pairs,
         KernelPart::Sort,
@@ -218,6 +263,7 @@ impl KernelPart {
     /// The word for it in every output.
     pub const fn name(self) -> &'static str {
         match self {
+            KernelPart::Reproject => "reproject",
             KernelPart::Convert => "convert",
             KernelPart::Pairs => "pairs",
             KernelPart::Sort => "sort",
@@ -232,6 +278,7 @@ impl KernelPart {
     /// Its time.
     pub const fn time(self) -> &'static StatDecl {
         match self {
+            KernelPart::Reproject => &stages::REPROJECTING,
             KernelPart::Convert => &stages::CONVERTING,
             KernelPart::Pairs => &stages::PAIRING,
             KernelPart::Sort => &stages::SORTING,
@@ -243,9 +290,15 @@ impl KernelPart {
         }
     }
 
-    /// Whether it is behind a frame that is trained on.
-    pub const fn trains(self) -> bool {
-        self as u8 >= KernelPart::Loss as u8
+    /// Whether frames on a machine have it.
+    pub fn is_of(self, m: &Gpu) -> bool {
+        match self {
+            KernelPart::Reproject => m.reprojects(),
+            KernelPart::Convert | KernelPart::Pairs | KernelPart::Sort | KernelPart::Blend => true,
+            KernelPart::Loss | KernelPart::Backward | KernelPart::Chain | KernelPart::Update => {
+                m.training.trains()
+            }
+        }
     }
 
     /// The phase that its work and its energy are of.
@@ -253,13 +306,16 @@ impl KernelPart {
         match self {
             KernelPart::Convert | KernelPart::Chain | KernelPart::Update => Phase::Preprocessing,
             KernelPart::Pairs | KernelPart::Sort => Phase::Sorting,
-            KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => Phase::Rendering,
+            KernelPart::Reproject | KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => {
+                Phase::Rendering
+            }
         }
     }
 
     /// Its streams: what it reads, what it writes.
     const fn streams(self) -> [&'static str; 2] {
         match self {
+            KernelPart::Reproject => ["known-in", "known-out"],
             KernelPart::Convert => ["scene", "results"],
             KernelPart::Pairs => ["counts", "pairs-out"],
             KernelPart::Sort => ["keys-in", "keys-out"],
@@ -273,7 +329,9 @@ impl KernelPart {
     const fn waits(self) -> Stall {
         match self {
             KernelPart::Sort => Stall::of("pass"),
-            KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => Stall::of("features"),
+            KernelPart::Reproject | KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => {
+                Stall::of("features")
+            }
             _ => Stall::of("records"),
         }
     }
@@ -331,8 +389,13 @@ const COUNT: u64 = 4;
 const RANGE: u64 = 8;
 
 impl Kernels {
-    /// Those of a frame on a machine.
-    pub fn new(machine: &Machine, workload: &FrameWorkload, memo: &Memo) -> Kernels {
+    /// Those of a frame on a machine, of which some pixels may not be rendered.
+    pub fn new(
+        machine: &Machine,
+        workload: &FrameWorkload,
+        some: Option<&SomePixels>,
+        memo: &Memo,
+    ) -> Kernels {
         let m = machine.gpu();
         let warps = memo.get(WarpShape::of(m), |shape| FrameWarps::new(workload, shape));
         let sectors = m.blend.feature.0.div_ceil(m.l2.sector.0.max(1)) * m.l2.sector.0;
@@ -369,6 +432,13 @@ impl Kernels {
         let pair = m.pairs.key.0 + m.pairs.value.0;
         let sorted = made + pairs * pair;
         let image = sorted + pairs * pair + tiles * RANGE;
+
+        let rendered: u64 = workload.tiles.iter().map(|tile| u64::from(tile.pixels)).sum();
+        let whole = u64::from(workload.width) * u64::from(workload.height);
+        let mut end = image + whole * m.pixel_bytes();
+        if let Some(moved) = some.and_then(|some| Moved::new(m, workload, some)) {
+            end = make.reproject(&moved, [image, end]);
+        }
 
         let [all, projected, shaded] = warps.converting;
         let read = points * c.position.0 + alive * c.shape.0 + seen * degree;
@@ -429,10 +499,8 @@ impl Kernels {
         if let Some(drawn) = &drawn {
             make.draw(workload, drawn, (seen, sectors), [sorted, image]);
         } else if attached.is_none() {
-            make.blend(workload, &warps, (&filtered, sectors), [sorted, image]);
+            make.blend(workload, &warps, (&filtered, sectors, rendered), [sorted, image]);
         }
-        let pixels = u64::from(workload.width) * u64::from(workload.height);
-        let mut end = image + pixels * m.blend.pixel.0;
         if let Some(reverse) = &reverse {
             let met = filtered.misses;
             end = make.train(workload, &warps, (reverse, met, sectors), [0, sorted, image, end]);
@@ -496,6 +564,18 @@ impl KernelMaker<'_> {
         });
     }
 
+    /// Kernels that move the pixels of the frame before; `image` is where this one begins, and what
+    /// is behind it. Returns where everything ends.
+    fn reproject(&mut self, moved: &Moved, [image, end]: [u64; 2]) -> u64 {
+        let [before, nearest] = moved.arrays;
+        let places = [[end, end + before], [end + before, image]];
+        for (i, place) in places.into_iter().enumerate() {
+            let [l2, memory] = [moved.l2[i], moved.memory[i]];
+            self.even(KernelPart::Reproject, moved.instructions[i], memory, (place, l2));
+        }
+        end + before + nearest
+    }
+
     /// Kernels behind a frame that is trained on; `place` is where the scene, the lists and the
     /// image begin, and what is behind it; Gaussians are read as `reverse` says, and the sums of
     /// `met` ones, in front of the stops, come and go. Returns where everything ends.
@@ -508,12 +588,13 @@ impl KernelMaker<'_> {
     ) -> u64 {
         let (m, t) = (self.m, &self.m.training);
         let (points, [_, seen]) = (workload.counters.points, warps.gaussians);
-        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        let pixels: u64 = workload.tiles.iter().map(|tile| u64::from(tile.pixels)).sum();
         let of_warps = |n: u64| n.div_ceil(u64::from(WARP));
         // Behind the image lie gradients by pixels, by Gaussians and by parameters, and moments.
         let c = &m.convert;
         let stored = c.position.0 + c.shape.0 + c.colour.0 * workload.sh_degree.coefficients() / 16;
-        let gaussians = end + pixels * t.loss_bytes.0;
+        let whole = u64::from(workload.width) * u64::from(workload.height);
+        let gaussians = end + whole * t.loss_bytes.0;
         let parameters = gaussians + points * t.record.0;
         let numbers = SteppedGaussians::numbers_of(workload.sh_degree);
         let [found, moments] = [t.widths.gradient.0, 2 * t.widths.moment.0].map(|n| n * numbers);
@@ -610,9 +691,11 @@ impl KernelMaker<'_> {
         let special = f64::from(WARP) / f64::from(sm.special);
         let block = |block: &warps::BlockWarps| {
             let pairs = [block.evaluated, block.blended];
+            let finish = if block.renders { finish } else { 0 };
             let issued = (b.instructions(pairs) + finish) as f64 / sm.issue();
             let work = issued.max(b.exponentials(pairs) as f64 * special);
-            let longest = b.instructions(block.longest.map(u64::from)) + u64::from(b.finish);
+            let last = if block.renders { u64::from(b.finish) } else { 0 };
+            let longest = b.instructions(block.longest.map(u64::from)) + last;
             let batches = u64::from(block.loaded.div_ceil(b.batch));
             // Its slowest warp goes from one instruction to the next, and waits for every batch.
             let alone = longest * u64::from(sm.interval) + batches * u64::from(b.latency);
@@ -627,7 +710,7 @@ impl KernelMaker<'_> {
         &mut self,
         workload: &FrameWorkload,
         warps: &FrameWarps,
-        (filtered, sectors): (&Filtered, u64),
+        (filtered, sectors, rendered): (&Filtered, u64, u64),
         place: [u64; 2],
     ) {
         let b = &self.m.blend;
@@ -635,15 +718,16 @@ impl KernelMaker<'_> {
         let pairs = warps.pairs();
         let tiles = workload.tiles.len() as u64;
         let loaded: u64 = workload.tiles.iter().map(|tile| u64::from(tile.loaded)).sum();
-        let pixels = u64::from(workload.width) * u64::from(workload.height);
+        let blocks = warps.blocks.iter().filter(|block| block.renders).count() as u64;
+        let written = rendered * self.m.pixel_bytes();
         let lists = loaded * b.entry.0 + tiles * RANGE;
         self.all.push(GpuKernel {
             part: KernelPart::Blend,
             gap: make_gap(self.machine, self.m.launch.gap),
-            instructions: b.instructions(pairs) + tiles * finish,
+            instructions: b.instructions(pairs) + blocks * finish,
             exponentials: b.exponentials(pairs),
-            l2: [lists + loaded * sectors, pixels * b.pixel.0],
-            memory: [lists + filtered.misses * sectors, pixels * b.pixel.0],
+            l2: [lists + loaded * sectors, written],
+            memory: [lists + filtered.misses * sectors, written],
             atomics: 0,
             raster: [0; 2],
             place,
@@ -921,7 +1005,7 @@ fn through<O: Observer>(
         (&SLOTS, slots),
         (&LIVE, kernels.live),
     ]);
-    for part in KernelPart::ALL.into_iter().filter(|part| m.training.trains() || !part.trains()) {
+    for part in KernelPart::ALL.into_iter().filter(|part| part.is_of(m)) {
         measured.set(part.time(), Value::Count(stream.parts[part as usize]));
     }
     let outcome = FlowOutcome {

@@ -30,21 +30,25 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, RecordKeys, SimError, TablesDecl,
-    Work, WorkKey,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Handed, History, Incompatible, RecordKeys,
+    SimError, TablesDecl, Work, WorkKey,
 };
+use crate::flow::over::pixels::{self, PXU, PixelSource, SomeRegions};
+use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
 use crate::kernel::ledger::cycles;
 use crate::kernel::memory::{Arrival, Memory, Request};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
-use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, drive};
+use crate::kernel::{self, Calibration, FrameTiming, Halt, Histogram, Memo, Stall, drive};
 use crate::machine::check::Found;
 use crate::machine::{BufferSpec, Machine, Reference};
 use crate::stage::{
     DRAM_READ, DRAM_WRITE, Measured, StageDecl, sram_read, sram_write, streams, work_id,
 };
+use powergs_base::config::schema_of;
 use powergs_energy::action::{ActionCounts, ActionId, Phase};
+use powergs_frame::scene::Eye;
 
 pub use tables::*;
 
@@ -65,6 +69,7 @@ pub const STAGES: &[&StageDecl] = &[
     &stages::RASTER_DECL,
     &stages::TAIL_DECL,
     &stages::COMPOSE_DECL,
+    &pixels::PIXELS,
 ];
 
 /// The dataflow with its stages.
@@ -104,6 +109,20 @@ const IDS: StreamIds = StreamIds {
     slices_in: STREAMS.id("slices-in"),
 };
 
+/// Sources of pixels that know nothing of regions.
+const NOT_BY_REGION: [PixelSource; 2] = [PixelSource::Cached, PixelSource::Sampled];
+
+/// Their keys.
+const KEYS_NOT_BY_REGION: [&str; 7] = [
+    "pixels.ids",
+    "pixels.ways",
+    "pixels.entry",
+    "pixels.region",
+    "pixels.stride",
+    "pixels.pattern",
+    "pixels.filter",
+];
+
 /// The dataflow.
 pub struct ResidentFlow;
 
@@ -125,7 +144,12 @@ impl Dataflow for ResidentFlow {
     }
 
     fn tables(&self) -> TablesDecl {
-        TablesDecl::of::<Resident>()
+        let schema = || {
+            let mut schema = schema_of::<Resident>();
+            pixels::leave_out(&mut schema, &NOT_BY_REGION, &KEYS_NOT_BY_REGION);
+            schema
+        };
+        TablesDecl { schema, ..TablesDecl::of::<Resident>() }
     }
 
     fn trains(&self, machine: &Machine) -> bool {
@@ -187,7 +211,37 @@ impl Dataflow for ResidentFlow {
                  `region.width` or `region.height` smaller"
             )));
         }
-        Ok(())
+        match &frame.tiles {
+            Some(tiles) => {
+                let image = [tiles.width, tiles.height];
+                m.pixels.fits_image(&machine.name, image, frame.regions.len())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
+        machine.resident().pixels.goes_over(&machine.name, frames)
+    }
+
+    fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
+        Some(machine.resident().pixel_filter()?.numbers())
+    }
+
+    fn hand_over(
+        &self,
+        machine: &Machine,
+        work: &dyn Work,
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> Option<Handed> {
+        let filter = machine.resident().pixel_filter()?;
+        let frame = work.of::<ResidentFrame>()?;
+        let tiles = frame.tiles.as_ref()?;
+        let side = frame.shape.region(tiles.width, tiles.height);
+        let some = SomeRegions::of(filter, tiles, side, eye, history);
+        let made = some.wanted.as_ref().map(|wanted| frame.with_some(wanted));
+        Some(Box::new(TakenRegions { made, some }))
     }
 
     fn run(
@@ -196,11 +250,26 @@ impl Dataflow for ResidentFlow {
         observer: Option<&mut dyn Observer>,
     ) -> Result<FlowOutcome, SimError> {
         let frame = frame(task)?;
+        let taken = task.before.and_then(|before| before.downcast_ref::<TakenRegions>());
+        // What others share is of the whole frame.
+        let own = Memo::default();
+        let made = taken.and_then(|taken| taken.made.as_ref());
+        let (frame, memo) = made.map_or((frame, task.memo), |made| (made, &own));
+        let task = FrameTask { memo, ..*task };
+        let some = taken.map(|taken| &taken.some);
         Ok(match observer {
-            None => run(task, frame, &mut ()),
-            Some(mut observer) => run(task, frame, &mut observer),
+            None => run(&task, frame, some, &mut ()),
+            Some(mut observer) => run(&task, frame, some, &mut observer),
         })
     }
+}
+
+/// A frame of which some regions come from the frame before.
+pub struct TakenRegions {
+    /// The frame with those that are rendered; `None` where that is all.
+    pub made: Option<ResidentFrame>,
+    /// Where the others come from.
+    pub some: SomeRegions,
 }
 
 /// The work of machines with resident pixels.
@@ -278,12 +347,28 @@ impl<'a, O: Observer> RegionShared<'a, O> {
     }
 }
 
-/// The units of a machine: front, order units, engines.
+/// The units of a machine: front, order units, engines, and what knows pixels.
 struct Units<'s, 'a, O> {
     front: Vec<FrontUnit>,
     order: Vec<OrderUnit>,
     engines: Vec<Engine>,
+    pixels: Option<BlockStream>,
     shared: &'s mut RegionShared<'a, O>,
+}
+
+impl<O: Observer> Units<'_, '_, O> {
+    /// What had no event before a barrier was idle up to it.
+    fn account(&mut self, now: u64) {
+        for unit in &mut self.front {
+            unit.account.up_to(now, self.shared.observer);
+        }
+        for unit in &mut self.order {
+            unit.account.up_to(now, self.shared.observer);
+        }
+        for engine in &mut self.engines {
+            engine.account(now, self.shared.observer);
+        }
+    }
 }
 
 impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
@@ -292,7 +377,14 @@ impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
         match agent {
             n if n < front => self.front[n].step(now, self.shared),
             n if n < front + order => self.order[n - front].step(now, self.shared),
-            n => self.engines[n - front - order].step(now, self.shared),
+            n if n < front + order + self.engines.len() => {
+                self.engines[n - front - order].step(now, self.shared)
+            }
+            _ => {
+                let RegionShared { memory, observer, .. } = &mut *self.shared;
+                let unit = self.pixels.as_mut().expect("the last agent");
+                unit.step(now, memory, |_, at| Place::Range(at), *observer)
+            }
         }
     }
 
@@ -333,37 +425,54 @@ fn refer(reference: &mut Machine) {
     // Two regions for each of eight engines: one is worked on while the other is written.
     s.pixels.capacity.0 = 16 * region;
     s.tail.capacity = s.gaussians.capacity;
+    m.pixels.per_cycle = 1 << 10;
 }
 
 /// What a run on its device says of a machine's memory, where that is `calibrated`.
 pub fn calibration(
     machine: &Machine,
     frame: &ResidentFrame,
+    some: Option<&SomeRegions>,
     memo: &Memo,
 ) -> Option<Arc<Calibration>> {
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
-        through(reference, frame, None, Halt::NEVER, recorder).1
+        let task = FrameTask { halt: Halt::NEVER, ..FrameTask::first(reference, frame, memo) };
+        through(&task, frame, some, None, recorder).1
     };
     Reference::calibration(machine, memo, refer, run, &STREAMS)
 }
 
 /// Takes a frame through a machine.
-fn run<O: Observer>(task: &FrameTask<'_>, frame: &ResidentFrame, observer: &mut O) -> FlowOutcome {
-    let machine = task.machine;
-    let calibration = calibration(machine, frame, task.memo);
-    through(machine, frame, calibration.as_deref(), task.halt, observer).0
+fn run<O: Observer>(
+    task: &FrameTask<'_>,
+    frame: &ResidentFrame,
+    some: Option<&SomeRegions>,
+    observer: &mut O,
+) -> FlowOutcome {
+    let calibration = calibration(task.machine, frame, some, task.memo);
+    let mut outcome = through(task, frame, some, calibration.as_deref(), observer).0;
+    if let Some(some) = some {
+        outcome.measured.extend(some.summary.moved());
+    }
+    outcome
 }
 
+/// What is read and written of pixels that are known.
+const KNOWN: [StreamId; 2] = [STREAMS.id("known-in"), STREAMS.id("known-out")];
+
 fn through<O: Observer>(
-    machine: &Machine,
+    task: &FrameTask<'_>,
     frame: &ResidentFrame,
+    some: Option<&SomeRegions>,
     calibration: Option<&Calibration>,
-    halt: Halt<'_>,
     observer: &mut O,
 ) -> (FlowOutcome, Option<Recording>) {
+    let FrameTask { machine, halt, .. } = *task;
     let m = &machine.resident().of_degree(frame.sh_degree);
     let step = Step::new(m, frame);
-    let layout = Layout::new(frame, m, step.as_ref());
+    let blocks = some.map_or(&[][..], |some| &some.blocks);
+    let layout = Layout::new(frame, m, BlockStream::bytes(blocks), step.as_ref());
+    let places = layout.known();
     let memory = Memory::new(layout, &STREAMS, machine.memory(), calibration);
     let mut next_pixel = 0;
     let first_pixel = frame.regions.iter().map(|region| {
@@ -399,6 +508,17 @@ fn through<O: Observer>(
         front: (0..fronts).map(front).collect(),
         order: (0..orders).map(order).collect(),
         engines: (0..engines).map(engine).collect(),
+        pixels: m.pixel_filter().map(|filter| {
+            let unit = BlockUnit {
+                stage: PXU,
+                owner: fronts + orders + engines,
+                rate: filter.spec.per_cycle.into(),
+                streams: KNOWN,
+                places,
+                waits: Stall::of("features"),
+            };
+            BlockStream::new(unit, blocks)
+        }),
         shared: &mut shared,
     };
     let (apart, all) = (fronts as usize, (fronts + orders + engines) as usize);
@@ -409,15 +529,16 @@ fn through<O: Observer>(
             front_end(&units)
         }
         FrontOverlap::None => {
-            drive(&mut units, 0..apart, 0);
-            let end = front_end(&units);
-            // These had no event before the barrier, and were idle up to it.
-            for unit in &mut units.order {
-                unit.account.up_to(end, units.shared.observer);
+            let mut begins = 0;
+            if units.pixels.is_some() {
+                // Which regions are rendered is known when all pixels have been moved.
+                drive(&mut units, all..all + 1, 0);
+                begins = units.pixels.as_ref().map_or(0, |unit| unit.end);
+                units.account(begins);
             }
-            for engine in &mut units.engines {
-                engine.account(end, units.shared.observer);
-            }
+            drive(&mut units, 0..apart, begins);
+            let end = front_end(&units).max(begins);
+            units.account(end);
             drive(&mut units, apart..all, end);
             end
         }
@@ -425,7 +546,7 @@ fn through<O: Observer>(
     let end = units.engines.iter().map(|engine| engine.end).max().unwrap_or(0);
     // Engines without a region end at 0.
     let end = end.max(preprocessing_end);
-    let Units { mut front, mut order, mut engines, .. } = units;
+    let Units { mut front, mut order, mut engines, mut pixels, .. } = units;
     // Late conversions came behind the front's own phase, one after the other, and are booked now.
     front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
     let mut after = Measured::default();
@@ -443,6 +564,13 @@ fn through<O: Observer>(
     order.iter_mut().for_each(|unit| unit.account.up_to(end, shared.observer));
     engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
     let mut outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
+    if let Some(unit) = &mut pixels {
+        unit.account.up_to(end, shared.observer);
+        outcome.timing.units.push(cycles(PXU, 1, [&unit.account.ledger].into_iter()));
+    }
+    if let Some(some) = some {
+        some.charge(&mut outcome.actions);
+    }
     if let Some(step) = &step {
         step.charge(&mut outcome.actions);
         outcome.measured = after;

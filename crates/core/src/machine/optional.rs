@@ -102,14 +102,24 @@ impl Machine {
 /// Takes the keys of all parts that a machine does not have out of its table.
 pub(crate) fn leave_out(table: &mut Table, machine: &Machine) {
     for part in of_machine(machine).filter(|part| !part.is_in(machine)) {
-        for key in part.keys {
-            let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
-            let mut tables = tables.split('.').filter(|name| !name.is_empty());
-            let at = tables.try_fold(&mut *table, |at, name| at.get_mut(name)?.as_table_mut());
-            if let Some(at) = at {
-                at.remove(last);
-            }
-        }
+        part.keys.iter().for_each(|key| remove_key(table, key));
+    }
+}
+
+/// A table without a key: dots between its parts.
+#[doc(hidden)]
+#[must_use]
+pub fn without_key(mut table: Table, key: &str) -> Table {
+    remove_key(&mut table, key);
+    table
+}
+
+fn remove_key(table: &mut Table, key: &str) {
+    let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut tables = tables.split('.').filter(|name| !name.is_empty());
+    let at = tables.try_fold(table, |at, name| at.get_mut(name)?.as_table_mut());
+    if let Some(at) = at {
+        at.remove(last);
     }
 }
 

@@ -69,6 +69,7 @@ const ROWS: &[Row] = &[
     row(RESIDENT, "front.lazy", &["false", "true"], &[]),
     row(RESIDENT, "front.overlap", &["none", "frames"], &[]),
     row(RESIDENT, "raster.saturation", &["false", "true"], &[]),
+    row(RESIDENT, "pixels.impl", &["all", "warped"], &[]),
     row(RESIDENT, "training.interval above 0", ON, &[("on", "a twin of bytes and bounds")]),
     row(RESIDENT, "dram.model", MODELS, &[]),
     row(RESIDENT, "dram.second-master", ON, &[]),
@@ -76,6 +77,7 @@ const ROWS: &[Row] = &[
     row(GPU, "attached.impl", &["none", "rows", "pixels", "box", "tile"], &[]),
     row(GPU, "attached.overlap, with a unit", &["none", "frames"], &[]),
     row(GPU, "rops.impl", &["none", "boxes"], &[]),
+    row(GPU, "pixels.impl", &["all", "warped", "sampled"], &[]),
     row(GPU, "training.sum", &["none", "pixel", "warp", "block"], &[]),
     row(GPU, "training.update, with training", &["all", "visible", "none", "pose"], &[]),
     row(GPU, "dram.model", MODELS, &[("calibrated", "laws")]),
@@ -151,6 +153,7 @@ fn of_resident(machine: &Machine) -> Vec<Chosen> {
         ("front.lazy", m.front.lazy.to_string()),
         ("front.overlap", word(m.front.overlap)),
         ("raster.saturation", m.raster.saturation.to_string()),
+        ("pixels.impl", word(m.pixels.source)),
     ];
     if m.region.slices > 1 {
         chosen.push(("compose.through, with slices", word(m.compose.through)));
@@ -170,6 +173,7 @@ fn of_gpu(machine: &Machine) -> Vec<Chosen> {
         ("pairs.test", word(m.pairs.test)),
         ("attached.impl", word(m.attached.implementation)),
         ("rops.impl", word(m.rops.implementation)),
+        ("pixels.impl", word(m.pixels.source)),
         ("training.sum", word(m.training.sum)),
     ];
     if m.attached.is_there() {

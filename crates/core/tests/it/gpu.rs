@@ -22,7 +22,7 @@ use powergs_frame::splat::Ellipse;
 use powergs_frame::splat::pixel::spans;
 use powergs_frame::trace::{Frame, NEVER};
 
-use crate::workload::support::{dense_frame, small_frame};
+use crate::workload::support::{dense_frame, moved_frame, small_frame};
 
 const SMALL: [&str; 5] =
     ["sm.units=2", "l2.capacity=4 KiB", "blend.batch=32", "sm.interval=7", "launch.gap=1 us"];
@@ -250,7 +250,7 @@ fn kernels_move_what_the_arrays_take() {
     let machine = machine(&["l2.capacity=0 B"]);
     let gpu = machine.gpu();
     let work = workload(&frame, gpu);
-    let kernels = Kernels::new(&machine, &work, &Memo::default());
+    let kernels = Kernels::new(&machine, &work, None, &Memo::default());
     let sum = |part: KernelPart, i: usize| -> u64 {
         kernels.all.iter().filter(|k| k.part == part).map(|k| k.memory[i]).sum()
     };
@@ -273,7 +273,7 @@ fn kernels_move_what_the_arrays_take() {
     assert_eq!(sum(KernelPart::Blend, 1), 20 * 150 * 90);
     // A cache that holds everything keeps all that is made on the way.
     let machine = self::machine(&["l2.capacity=1 GiB"]);
-    let kernels = Kernels::new(&machine, &work, &Memo::default());
+    let kernels = Kernels::new(&machine, &work, None, &Memo::default());
     let between =
         kernels.all.iter().filter(|k| matches!(k.part, KernelPart::Pairs | KernelPart::Sort));
     assert!(between.clone().count() > 0 && between.into_iter().all(|k| k.memory == [0, 0]));
@@ -287,7 +287,7 @@ fn a_step_moves_what_its_arrays_take() {
         let sets = [&["l2.capacity=0 B"], sets].concat();
         let machine = machine(&sets);
         let work = workload(&frame, machine.gpu());
-        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        let kernels = Kernels::new(&machine, &work, None, &Memo::default());
         let sum = |part: KernelPart, of: fn(&GpuKernel) -> u64| -> u64 {
             kernels.all.iter().filter(|k| k.part == part).map(of).sum()
         };
@@ -343,7 +343,7 @@ fn gpus_keep_the_laws() {
     let file = MACHINES.iter().find(|file| file.name == "xavier-nx").expect("a machine").complete();
     // As wide as a device of the same rate, so that it can be `banked`.
     let file = file.replace("channels = 1", "channels = 8");
-    let frames = [small_frame(0), small_frame(1), dense_frame(1)];
+    let frames = [small_frame(0), moved_frame(1, 0.05), moved_frame(2, 0.1), dense_frame(1)];
     let alone = ["sm.units=512", "sm.interval=40", "blend.latency=9000", "blend.registers=128"];
     let trial = Trial {
         machine: &file,
@@ -383,6 +383,10 @@ fn gpus_keep_the_laws() {
                 "blend.warp-width=8",
                 "l2.capacity=2 KiB",
             ],
+            &["pixels.impl=warped", "pixels.holes=0.05", "l2.capacity=8 KiB"],
+            &["pixels.impl=warped", "pixels.holes=0.5", "pixels.period=2", "pixels.depth=2 B"],
+            &["pixels.impl=sampled", "pixels.stride=3", "pixels.period=2"],
+            &["pixels.impl=sampled", "pixels.pattern=unseen", "training.sum=block"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=banked"],
             &["dram.device=lpddr4-3200-x16x8", "dram.model=calibrated"],
             // Where nothing but the slowest warp of a block counts.
@@ -427,7 +431,7 @@ fn a_unit_beside_it_takes_what_its_pixels_take() {
     let made = |sets: &[&str]| {
         let machine = machine(sets);
         let work = workload(&frame, machine.gpu());
-        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        let kernels = Kernels::new(&machine, &work, None, &Memo::default());
         (kernels.attached.expect("a unit"), kernels.all, work)
     };
     let ([rows, pixels, boxes, tiles], cases) = (
@@ -529,7 +533,7 @@ fn boxes_are_drawn_as_pixel_by_pixel() {
         let sets = [&["pairs.test=obb", "rops.impl=boxes", "l2.capacity=9 KiB"], sets].concat();
         let machine = machine(&sets);
         let work = workload(&frame, machine.gpu());
-        let kernels = Kernels::new(&machine, &work, &Memo::default());
+        let kernels = Kernels::new(&machine, &work, None, &Memo::default());
         (*kernels.drawn.expect("raster operations"), machine.gpu().clone(), work)
     };
     let all: [&[&str]; 5] = [

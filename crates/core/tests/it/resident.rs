@@ -5,9 +5,9 @@ mod oracle;
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
 use powergs_core::flow::resident::work::{RegionEntry, RegionShape, ResidentFrame};
-use powergs_core::flow::resident::{self, Cut};
+use powergs_core::flow::resident::{self, Cut, TakenRegions};
 use powergs_core::flow::steps::{StepCycles, StepPart};
-use powergs_core::flow::{FlowOutcome, FrameTask};
+use powergs_core::flow::{FlowOutcome, FrameTask, Handed, History};
 use powergs_core::kernel::Memo;
 use powergs_core::kernel::timeline::Timeline;
 use powergs_core::machine::Machine;
@@ -21,7 +21,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use crate::pipeline::slow_or;
-use crate::workload::support::{dense_frame, small_frame};
+use crate::workload::support::{dense_frame, moved_frame, small_frame};
 
 /// A machine that has everything, small.
 const MACHINE: &str = r#"
@@ -154,7 +154,8 @@ fn naive(frame: &Frame, shape: RegionShape) -> Vec<[u32; 6]> {
 fn the_memory_of_regions_is_known_before_they_are_cut() {
     for (seed, cut) in (0..12).zip(Cut::ALL.into_iter().cycle()) {
         let frame = small_frame(seed);
-        let shape = RegionShape { width: 16, height: 8, cut, lanes: 4, words: 0, banks: 1 };
+        let shape =
+            RegionShape { width: 16, height: 8, cut, lanes: 4, words: 0, banks: 1, depths: false };
         let bytes = shape.key().demand(&frame, Budget::DEFAULT).expect("a small frame");
         let work = shape.key().prepare(&frame);
         let held = work.bytes() as u64;
@@ -185,7 +186,7 @@ fn regions_are_those_of_a_count_pixel_by_pixel() {
         let frame = small_frame(seed);
         for (width, height, lanes, words, banks) in shapes {
             for cut in Cut::ALL {
-                let shape = RegionShape { width, height, cut, lanes, words, banks };
+                let shape = RegionShape { width, height, cut, lanes, words, banks, depths: false };
                 let ours = ResidentFrame::new(&frame, shape);
                 let entries = (0..).zip(&ours.regions).flat_map(|(region, facts)| {
                     let of =
@@ -284,15 +285,27 @@ const SLICES: [Choice; 6] = [
     ("stores.pixels.capacity", &["12 KiB", "24 KiB", "4 MiB"]),
 ];
 
+/// What those that move pixels may differ in besides.
+const PIXELS: [Choice; 6] = [
+    ("pixels.impl", &["warped"]),
+    ("pixels.holes", &["0.0", "0.1", "0.6"]),
+    ("pixels.depth", &["1 B", "2 B"]),
+    ("pixels.per-cycle", &["1", "16"]),
+    ("front.overlap", &["none"]),
+    // Regions of which some are rendered and others are not.
+    ("region.width", &["16", "32", "0"]),
+];
+
 fn draw((key, values): &Choice, dice: &mut Pcg64Mcg) -> String {
     format!("{key}={}", values[dice.random_range(0..values.len())])
 }
 
 /// The settings of a random machine.
 fn settings(dice: &mut Pcg64Mcg) -> Vec<String> {
-    let more: &[Choice] = match dice.random_range(0..3) {
+    let more: &[Choice] = match dice.random_range(0..4) {
         0 => &TAIL,
         1 => &SLICES,
+        2 => &PIXELS,
         _ => &[],
     };
     let mut all: Vec<String> =
@@ -315,25 +328,48 @@ fn another(than: &Machine, sets: &[String], dice: &mut Pcg64Mcg) -> Machine {
     }
 }
 
-fn run(machine: &Machine, work: &ResidentFrame, memo: &Memo) -> Option<FlowOutcome> {
-    machine.flow().run(&FrameTask::first(machine, work, memo), None).ok()
+fn run(case: &ResidentCase, machine: &Machine, memo: &Memo) -> Option<FlowOutcome> {
+    machine.flow().run(&case.task(machine, memo), None).ok()
 }
 
-/// A random machine and its frame; what was drawn may contradict itself, or not fit.
-fn case(seed: u64, sets: &[String]) -> Option<(Machine, ResidentFrame)> {
-    let machine = machine(sets).ok()?;
-    let frame = small_frame(seed % 50);
-    let work =
-        ResidentFrame::new(&frame, RegionShape::of(&machine.flow().work_key(&machine).numbers));
-    let memo = Memo::default();
-    machine.flow().fits(&FrameTask::first(&machine, &work, &memo)).ok()?;
-    Some((machine, work))
+/// A random machine, its frame, and what it takes over from the one before.
+struct ResidentCase {
+    machine: Machine,
+    work: ResidentFrame,
+    before: Option<Handed>,
+}
+
+impl ResidentCase {
+    /// What was drawn may contradict itself, or not fit.
+    fn new(seed: u64, sets: &[String]) -> Option<ResidentCase> {
+        let machine = machine(sets).ok()?;
+        let shape = RegionShape::of(&machine.flow().work_key(&machine).numbers);
+        let frame = small_frame(seed % 50);
+        // Another frame from a little further on the side: only its pixels count.
+        let earlier = moved_frame(seed % 7, 0.05);
+        let [earlier, work] = [earlier, frame].map(|frame| ResidentFrame::new(&frame, shape));
+        let mut history = History::default();
+        let mut over = |work| machine.flow().hand_over(&machine, work, None, &mut history);
+        let before = (over(&earlier), over(&work)).1;
+        let case = ResidentCase { machine, work, before };
+        let memo = Memo::default();
+        case.machine.flow().fits(&case.task(&case.machine, &memo)).ok()?;
+        Some(case)
+    }
+
+    fn task<'a>(&'a self, machine: &'a Machine, memo: &'a Memo) -> FrameTask<'a> {
+        FrameTask { before: self.before.as_ref(), ..FrameTask::first(machine, &self.work, memo) }
+    }
+
+    fn taken(&self) -> Option<&TakenRegions> {
+        self.before.as_ref().and_then(|before| before.downcast_ref())
+    }
 }
 
 /// The machine that the oracle steps through with this seed, if there is one.
 pub fn stepped_machine(seed: u64) -> Option<Machine> {
     let sets = settings(&mut Pcg64Mcg::seed_from_u64(seed));
-    case(seed, &sets).map(|(machine, _)| machine)
+    ResidentCase::new(seed, &sets).map(|case| case.machine)
 }
 
 /// Compares a frame on a machine with the oracle, alone and with what another machine left in the
@@ -341,18 +377,22 @@ pub fn stepped_machine(seed: u64) -> Option<Machine> {
 fn compare(seed: u64) -> Option<String> {
     let mut dice = Pcg64Mcg::seed_from_u64(seed);
     let sets = settings(&mut dice);
-    let (machine, work) = case(seed, &sets)?;
+    let drawn = ResidentCase::new(seed, &sets)?;
+    let ResidentCase { machine, work, .. } = &drawn;
     let memo = Memo::default();
-    let task = FrameTask::first(&machine, &work, &memo);
+    let task = drawn.task(machine, &memo);
     let mut timeline = Timeline::default();
     let observer = Some(&mut timeline as &mut dyn powergs_core::kernel::timeline::Observer);
     let alone = machine.flow().run(&task, observer).expect("it fits");
-    let calibration = resident::calibration(&machine, &work, &memo);
-    let seen = oracle::run(&machine, &work, calibration.as_deref());
-    let (drawn, expected) = (timeline.draw(), seen.draw());
+    let taken = drawn.taken();
+    let made = taken.and_then(|taken| taken.made.as_ref()).unwrap_or(work);
+    let some = taken.map(|taken| &taken.some);
+    let calibration = resident::calibration(machine, made, some, &Memo::default());
+    let seen = oracle::run(machine, made, some, calibration.as_deref());
+    let (own, expected) = (timeline.draw(), seen.draw());
     let case = || format!("seed {seed}\n{machine:#?}");
-    if drawn != expected {
-        let at = drawn.lines().zip(expected.lines()).map(|(a, b)| {
+    if own != expected {
+        let at = own.lines().zip(expected.lines()).map(|(a, b)| {
             a.bytes().zip(b.bytes()).position(|(a, b)| a != b).unwrap_or(a.len().min(b.len()))
         });
         let at = at.min().unwrap_or(0).saturating_sub(60);
@@ -363,7 +403,7 @@ fn compare(seed: u64) -> Option<String> {
             };
             text.lines().map(line).collect()
         };
-        panic!("from {at}, flow:\n{}\noracle:\n{}\n{}", part(&drawn), part(&expected), case());
+        panic!("from {at}, flow:\n{}\noracle:\n{}\n{}", part(&own), part(&expected), case());
     }
     assert_eq!(alone.timing.frame, seen.frame, "{}", case());
     assert_eq!(alone.timing.preprocessing_end, seen.preprocessing_end, "{}", case());
@@ -375,12 +415,12 @@ fn compare(seed: u64) -> Option<String> {
     let spans: u64 = timeline.spans.iter().map(|span| span.to - span.from).sum();
     assert_eq!(spans, cycles, "every cycle of every unit is one of its states, {}", case());
     let memo = Memo::default();
-    let other = another(&machine, &sets, &mut dice);
-    let first = run(&other, &work, &memo);
-    assert_eq!(first, run(&other, &work, &Memo::default()), "the other one, {}", case());
-    let shared = run(&machine, &work, &memo);
+    let other = another(machine, &sets, &mut dice);
+    let first = run(&drawn, &other, &memo);
+    assert_eq!(first, run(&drawn, &other, &Memo::default()), "the other one, {}", case());
+    let shared = run(&drawn, machine, &memo);
     assert_eq!(shared.as_ref(), Some(&alone), "behind another one: {other:#?}\n{}", case());
-    let mut symbols: Vec<(&str, char)> = (drawn.lines())
+    let mut symbols: Vec<(&str, char)> = (own.lines())
         .filter_map(|line| line.split_once('|'))
         .flat_map(|(unit, row)| row.chars().map(move |symbol| (unit, symbol)))
         .map(|(unit, symbol)| (unit.trim_end_matches([' ', '0', '1', '2', '3', '4', '5']), symbol))
@@ -401,8 +441,8 @@ fn machines_equal_the_cycle_by_cycle_oracle() {
     reached.sort_unstable();
     reached.dedup();
     let expected = "compose:. compose:0 compose:z front:. front:0 front:o front:r order:. order:0 \
-                    order:l order:o order:s raster:. raster:0 raster:f raster:i raster:k raster:o \
-                    raster:t raster:v raster:y tail:. tail:0 tail:f";
+                    order:l order:o order:s pxu:. pxu:0 pxu:f pxu:o raster:. raster:0 raster:f \
+                    raster:i raster:k raster:o raster:t raster:v raster:y tail:. tail:0 tail:f";
     assert_eq!(reached, expected.split(' ').collect::<Vec<_>>());
 }
 
@@ -469,7 +509,7 @@ fn a_step_goes_once_more_through_the_lists() {
 
 #[test]
 fn it_keeps_the_laws() {
-    let frames = [small_frame(0), dense_frame(1)];
+    let frames = [small_frame(0), moved_frame(1, 0.05), moved_frame(2, 0.1), dense_frame(1)];
     let trial = Trial {
         machine: MACHINE,
         files: &[],
@@ -481,6 +521,8 @@ fn it_keeps_the_laws() {
             &["dram.model=banked", "front.overlap=frames", "region.cut=exact"],
             &["training.interval=2", "training.densify=7"],
             &["training.interval=3", "training.update=visible", "dram.model=banked"],
+            &["pixels.impl=warped", "pixels.holes=0.1", "region.width=16", "region.height=16"],
+            &["pixels.impl=warped", "pixels.holes=0.6", "pixels.period=2", "region.width=16"],
         ],
         frames: &frames,
         settled: &["raster.saturation=false"],

@@ -128,7 +128,7 @@ impl Totals {
 
     /// Time of the kernels of a frame in front of its loss, seconds.
     pub fn forward_seconds(&self) -> f64 {
-        let parts = KernelPart::ALL.into_iter().filter(|part| !part.trains());
+        let parts = KernelPart::ALL.into_iter().take_while(|part| *part != KernelPart::Loss);
         parts.map(|part| self.kernel_seconds[part as usize]).sum()
     }
 

@@ -1,6 +1,7 @@
 //! The stages of a GPU: its multiprocessors run every kernel; a unit may blend beside them.
 
 use super::{AttachedImpl, AttachedSpec, L2Spec, RopSpec, SmSpec, TrainSpec, WARP};
+use crate::flow::over::pixels::{self, PixelSource, PixelsSpec};
 use crate::flow::steps;
 use crate::kernel::stream::{reads, writes};
 use crate::machine::{Exclusion, KeyValues, Machine, Optional};
@@ -59,6 +60,8 @@ pub const SM_DECL: StageDecl = StageDecl {
         .of(Phase::Preprocessing),
         writes("parameters-out", "the same, updated", ["results", "pairs-out"])
             .of(Phase::Preprocessing),
+        reads("known-in", "pixels of the frame before", &[], ["splats", "scene"]).scattered(),
+        writes("known-out", "the same at their places", ["picture", "results"]),
     ],
     parts: &[part("lanes", "Lanes of single precision.", |m| {
         f64::from(m.of_type::<SmSpec>().lanes)
@@ -75,6 +78,10 @@ pub const SM_DECL: StageDecl = StageDecl {
         &steps::REVERSE,
         &steps::CHAIN,
         &steps::UPDATE,
+        &REPROJECTING,
+        &pixels::RENDERED,
+        &pixels::WARPED,
+        &pixels::FILLED,
     ],
     waits: &[
         WaitDecl {
@@ -122,15 +129,16 @@ pub const SM_DECL: StageDecl = StageDecl {
             train.trains() && train.densify == 0
         }),
     ],
-    behind: &["A137", "A138", "A139", "A144"],
-    optional: &[TRAINING_KERNELS],
+    behind: &["A137", "A138", "A139", "A144", "A151"],
+    optional: &[TRAINING_KERNELS, WARPED_PIXELS, PERIODS, SAMPLES],
+    check: Some(pixels::check),
     excludes: EXCLUDES,
     ..StageDecl::new(
         "sm",
         "streaming multiprocessors (SM)",
         Phase::Rendering,
         "Multiprocessors of a GPU: they run the kernels that convert, pair, sort and blend. Keys: \
-         `sm`, `convert`, `pairs`, `radix`, `blend`, `training`.",
+         `sm`, `convert`, `pairs`, `radix`, `blend`, `pixels`, `reproject`, `training`.",
     )
 };
 
@@ -145,6 +153,11 @@ pub const SORTING: StatDecl =
     timed("kernels.sort_ms", "Time of the kernels that sort pairs and find those of a tile.");
 /// Time of the blending.
 pub const BLENDING: StatDecl = timed("kernels.blend_ms", "Time of the kernel that blends tiles.");
+/// Time of the pixels of the frame before.
+pub const REPROJECTING: StatDecl = timed(
+    "kernels.reproject_ms",
+    "Time of the kernels that move the pixels of the frame before, where a machine does.",
+);
 /// Time without a kernel.
 pub const LAUNCHING: StatDecl = timed("kernels.launch_ms", "Time between kernels.");
 /// Lanes of warps that evaluate an entry.
@@ -324,6 +337,34 @@ const ATTACHED_UNIT: Optional = Optional {
     is_there: |m| m.of_type::<AttachedSpec>().is_there(),
 };
 
+const WARPED_PIXELS: Optional = Optional {
+    what: "kernels that move pixels",
+    switch: "pixels.impl",
+    keys: &["pixels.holes", "pixels.depth", "reproject"],
+    with: &["pixels.impl=warped", "pixels.holes=0.5"],
+    is_there: |m| is(m, PixelSource::Warped),
+};
+
+const PERIODS: Optional = Optional {
+    what: "kernels for frames of which not all is rendered",
+    switch: "pixels.impl",
+    keys: &["pixels.period"],
+    with: &["pixels.impl=warped", "pixels.period=2"],
+    is_there: |m| is(m, PixelSource::Warped) || is(m, PixelSource::Sampled),
+};
+
+const SAMPLES: Optional = Optional {
+    what: "kernels for a sample of the pixels",
+    switch: "pixels.impl",
+    keys: &["pixels.stride", "pixels.pattern"],
+    with: &["pixels.impl=sampled"],
+    is_there: |m| is(m, PixelSource::Sampled),
+};
+
+fn is(m: &Machine, source: PixelSource) -> bool {
+    m.of_type::<PixelsSpec>().source == source
+}
+
 const TRAINING_KERNELS: Optional = Optional {
     what: "kernels that train",
     switch: "training.sum",
@@ -405,5 +446,26 @@ const EXCLUDES: &[Exclusion] = &[
         other: KeyValues::Not("training.sum", &["none"]),
         instead: "none",
         because: "gradients are found by kernels that have blended themselves",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Not("attached.impl", &["none"]),
+        instead: "none",
+        because: "a unit that blends writes whole pictures",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Not("rops.impl", &["none"]),
+        instead: "none",
+        because: "what is drawn is drawn into the whole picture",
+    },
+    Exclusion {
+        choice: KeyValues::Is("pixels.impl", &["warped"]),
+        off: "all",
+        other: KeyValues::Not("training.sum", &["none"]),
+        instead: "none",
+        because: "pixels without blends have no gradients",
     },
 ];

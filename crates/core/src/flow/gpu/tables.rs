@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::attached::{AttachedImpl, AttachedOverlap, AttachedSpec};
+pub use super::reproject::ReprojectSpec;
 pub use super::rops::{RopImpl, RopSpec};
+use crate::flow::over::pixels::{PixelFilter, PixelSource, PixelsSpec};
 use crate::flow::steps::StepWidths;
 pub use crate::flow::steps::Updated;
 use crate::machine::Machine;
@@ -38,6 +40,12 @@ pub struct Gpu {
     /// Kernels that train.
     #[serde(default)]
     pub training: TrainSpec,
+    /// Which pixels of a frame are rendered.
+    #[serde(default)]
+    pub pixels: PixelsSpec,
+    /// Kernels that move those of the frame before.
+    #[serde(default)]
+    pub reproject: ReprojectSpec,
     /// A unit that blends in place of a kernel.
     #[serde(default)]
     pub attached: AttachedSpec,
@@ -49,7 +57,11 @@ pub struct Gpu {
 crate::flow::flow_tables!(
     Gpu,
     super::GpuFlow,
-    [sm, l2, bus, launch, convert, pairs, radix, blend, training, attached, rops]
+    [
+        sm, l2, bus, launch, convert, pairs, radix, blend, training, pixels, reproject, attached,
+        rops
+    ],
+    super::reproject::KEYS_OF_UNITS
 );
 
 impl Machine {
@@ -385,6 +397,16 @@ impl Gpu {
             test: self.pairs.test,
             cull: self.convert.cull,
         }
+    }
+
+    /// Which pixels are rendered; `None` where all are.
+    pub fn pixel_filter(&self) -> Option<PixelFilter<'_>> {
+        self.pixels.filter(self.blend.pixel)
+    }
+
+    /// Whether it moves pixels of the frame before.
+    pub fn reprojects(&self) -> bool {
+        self.pixels.source == PixelSource::Warped
     }
 
     /// What of a frame it needs besides lists.

@@ -48,6 +48,8 @@ pub struct BlockWarps {
     pub met: u32,
     /// The most of [`BlockWarps::evaluated`] that one warp has, and what it blends.
     pub longest: [u32; 2],
+    /// Whether any of its pixels is rendered: the others leave at once.
+    pub renders: bool,
 }
 
 /// What the threads of a frame do.
@@ -161,6 +163,7 @@ fn block(workload: &FrameWorkload, tile: usize, width: u32) -> BlockWarps {
         blended: sum(&blended),
         met,
         longest: longest.map_or([0; 2], |(e, b)| [*e, *b]),
+        renders: work.pixels > 0,
     }
 }
 

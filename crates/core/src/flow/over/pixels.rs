@@ -34,6 +34,7 @@ use rayon::prelude::*;
 use crate::kernel::stream::{reads, writes};
 use cache::{KnownTile, RadianceCaches};
 pub use table::{PixelFilter, PixelSource, PixelsSpec, SamplePattern};
+pub(in crate::flow) use table::{check, leave_out};
 pub use warp::{Shown, ShownPixel, Warp};
 
 /// What the unit declares.
@@ -61,7 +62,7 @@ pub const PIXELS: StageDecl = StageDecl {
         writes(
             "known-out",
             "pixels that were not rendered, and what is known of them",
-            ["pixels", "kept-lists"],
+            ["pixels", "results"],
         ),
     ],
     parts: &[part("rate", "Pixels a cycle: `pixels.per-cycle`.", rate)],
@@ -75,7 +76,6 @@ pub const PIXELS: StageDecl = StageDecl {
     ],
     behind: &["A141", "A142"],
     optional: table::OPTIONAL,
-    excludes: table::EXCLUDES,
     check: Some(table::check),
     ..StageDecl::new(
         "pxu",
@@ -101,13 +101,15 @@ pub const RENDERED: StatDecl = share(
     &[&ALL_PIXELS],
     "Share of the pixels that are rendered, 0 to 1, where not all are.",
 );
-const WARPED: StatDecl = share(
+/// Share of them that are moved from the frame before.
+pub const WARPED: StatDecl = share(
     "pixels.warped_frac",
     &TAKEN_PIXELS,
     &[&ALL_PIXELS],
     "Share of the pixels that are moved from the frame before, 0 to 1.",
 );
-const FILLED: StatDecl = share(
+/// Share of them that are filled in from their neighbours.
+pub const FILLED: StatDecl = share(
     "pixels.filled_frac",
     &FILLED_PIXELS,
     &[&ALL_PIXELS],
@@ -147,14 +149,19 @@ pub struct PixelSummary {
 impl PixelSummary {
     /// As it is reported.
     pub fn measured(&self) -> Measured {
-        let PixelSummary { pixels, rendered, taken, filled, lookups, hits } = *self;
+        let mut all = self.moved();
+        all.extend(Measured::of(&[(&LOOKUPS, self.lookups), (&HITS, self.hits)]));
+        all
+    }
+
+    /// The same of machines without a cache of colours.
+    pub fn moved(&self) -> Measured {
+        let PixelSummary { pixels, rendered, taken, filled, .. } = *self;
         Measured::of(&[
             (&ALL_PIXELS, pixels),
             (&RENDERED_PIXELS, rendered),
             (&TAKEN_PIXELS, taken),
             (&FILLED_PIXELS, filled),
-            (&LOOKUPS, lookups),
-            (&HITS, hits),
         ])
     }
 }
@@ -240,10 +247,111 @@ impl SomePixels {
     /// Charges what the unit does.
     pub(in crate::flow) fn charge(&self, actions: &mut ActionCounts) {
         actions.add(&self.actions);
-        let [read, write] = BlockStream::bytes(&self.blocks);
-        actions.charge(Phase::Rendering, DRAM_READ, read);
-        actions.charge(Phase::Rendering, DRAM_WRITE, write);
+        charge_blocks(&self.blocks, actions);
     }
+}
+
+/// Regions of a frame, of which those are rendered of which too much is missing.
+#[derive(Debug)]
+pub struct SomeRegions {
+    /// Whether each is rendered, row by row; `None` where all are.
+    pub wanted: Option<Vec<bool>>,
+    /// What the unit does.
+    pub blocks: Vec<MovedBlock>,
+    /// Where its pixels come from.
+    pub summary: PixelSummary,
+}
+
+impl SomeRegions {
+    /// What a frame renders whose pixels may be warped: `workload` has it in tiles, `side` is the
+    /// width and height of a region.
+    pub fn of(
+        filter: PixelFilter<'_>,
+        workload: &FrameWorkload,
+        side: [u32; 2],
+        eye: Option<Eye>,
+        history: &mut History,
+    ) -> SomeRegions {
+        let PixelFilter { spec, pixel } = filter;
+        let (width, height) = (workload.width, workload.height);
+        let pixels = u64::from(width) * u64::from(height);
+        let mut summary = PixelSummary { pixels, rendered: pixels, ..PixelSummary::default() };
+        let tiles = || (0..workload.tiles.len()).into_par_iter();
+        let before = history.take::<Shown>(eye).filter(|shown| shown.goes_on(workload, spec));
+        let Some(before) = before else {
+            let seen = tiles().map(|tile| seen(workload, tile).pixels);
+            history.keep(eye, Shown::new(workload, seen.collect(), None));
+            return SomeRegions { wanted: None, blocks: Vec::new(), summary };
+        };
+        let warp = before.warp(workload.camera.as_ref().expect("a frame has a camera"));
+        let [columns, rows] = [width.div_ceil(side[0]), height.div_ceil(side[1])];
+        let area = |region: u32| {
+            let [x, y] = [region % columns * side[0], region / columns * side[1]];
+            (x, y, (x + side[0]).min(width), (y + side[1]).min(height))
+        };
+        let size = |(x0, y0, x1, y1): Area| u64::from(x1 - x0) * u64::from(y1 - y0);
+        let missing: Vec<u32> =
+            (0..columns * rows).into_par_iter().map(|region| warp.missing(area(region))).collect();
+        let anew = |(region, missing): (u32, &u32)| {
+            f64::from(*missing) > size(area(region)) as f64 * spec.holes
+        };
+        let wanted: Vec<bool> = (0..).zip(&missing).map(anew).collect();
+        let is_wanted = |x: u32, y: u32| wanted[(y / side[1] * columns + x / side[0]) as usize];
+        let kept = pixel.0 + spec.depth.0;
+        let mut blocks = Vec::with_capacity(wanted.len());
+        summary.rendered = 0;
+        for ((region, &missing), &anew) in (0..).zip(&missing).zip(&wanted) {
+            let own = size(area(region));
+            // A region that is rendered anew is written by the engines.
+            let written = if anew { 0 } else { own * kept };
+            blocks.push(MovedBlock { items: own, read: own * kept, write: written });
+            match anew {
+                true => summary.rendered += own,
+                false => {
+                    summary.taken += own - u64::from(missing);
+                    summary.filled += u64::from(missing);
+                }
+            }
+        }
+        let shown = tiles().map(|tile| {
+            let (x0, y0, x1, y1) = workload.pixels_of(tile);
+            let places = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
+            let mut pixels = warp.shown((x0, y0, x1, y1));
+            if places.clone().any(|(x, y)| is_wanted(x, y)) {
+                let own = seen(workload, tile).pixels;
+                for ((pixel, own), (x, y)) in pixels.iter_mut().zip(own).zip(places) {
+                    *pixel = if is_wanted(x, y) { own } else { *pixel };
+                }
+            }
+            pixels
+        });
+        history.keep(eye, Shown::new(workload, shown.collect(), Some(&before)));
+        SomeRegions { wanted: Some(wanted), blocks, summary }
+    }
+
+    /// Charges what the unit does.
+    pub(in crate::flow) fn charge(&self, actions: &mut ActionCounts) {
+        if self.wanted.is_some() {
+            charge_moved(self.summary.pixels, actions);
+        }
+        charge_blocks(&self.blocks, actions);
+    }
+}
+
+/// Left, top, right, bottom, half open.
+type Area = (u32, u32, u32, u32);
+
+/// Charges the unit with moving so many pixels.
+fn charge_moved(pixels: u64, actions: &mut ActionCounts) {
+    actions.charge(Phase::Rendering, WARP, pixels);
+    actions.charge(Phase::Rendering, sram_read(KNOWN), pixels * COUNTER);
+    actions.charge(Phase::Rendering, sram_write(KNOWN), pixels * COUNTER);
+}
+
+fn charge_blocks(blocks: &[MovedBlock], actions: &mut ActionCounts) {
+    let [read, write] = BlockStream::bytes(blocks);
+    actions.charge(Phase::Rendering, DRAM_READ, read);
+    actions.charge(Phase::Rendering, DRAM_WRITE, write);
 }
 
 /// A frame, and who shows it.
@@ -323,10 +431,7 @@ impl SourceFrame<'_> {
         }
         history.keep(eye, Shown::new(workload, shown, Some(&before)));
         found.made = Some(Box::new(workload.with_some_lists(lists)));
-        let all = found.summary.pixels;
-        found.actions.charge(Phase::Rendering, WARP, all);
-        found.actions.charge(Phase::Rendering, sram_read(KNOWN), all * COUNTER);
-        found.actions.charge(Phase::Rendering, sram_write(KNOWN), all * COUNTER);
+        charge_moved(found.summary.pixels, &mut found.actions);
         found
     }
 

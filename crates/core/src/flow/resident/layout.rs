@@ -61,14 +61,21 @@ pub struct Layout<'a> {
     ordered: u64,
     slices: u64,
     pixels: u64,
+    /// What is read of pixels that are known, and written of them.
+    known: [u64; 2],
     /// What each part of a step of training reads and writes.
     steps: [[u64; 2]; StepPart::ALL.len()],
     end: u64,
 }
 
 impl<'a> Layout<'a> {
-    /// Those of a frame on a machine.
-    pub fn new(frame: &'a ResidentFrame, machine: &'a Resident, step: Option<&Step>) -> Layout<'a> {
+    /// Those of a frame on a machine that moves so many bytes of known pixels.
+    pub fn new(
+        frame: &'a ResidentFrame,
+        machine: &'a Resident,
+        known: [u64; 2],
+        step: Option<&Step>,
+    ) -> Layout<'a> {
         let mut end = 0;
         let mut array = |items: u64, bytes: u64| {
             let base = end;
@@ -91,6 +98,7 @@ impl<'a> Layout<'a> {
             ordered: array(entries, g.entry.0),
             slices: array(of_slices, machine.raster.pixel_state.0),
             pixels: array(pixels, g.pixel.0),
+            known: known.map(|bytes| array(bytes, 1)),
             steps: StepPart::ALL.map(|part| {
                 step.map_or([0; 2], |step| step.bytes(part)).map(|bytes| array(bytes, 1))
             }),
@@ -103,6 +111,11 @@ impl<'a> Layout<'a> {
     /// Where what a part of a step reads and writes begins.
     pub fn step(&self, part: StepPart) -> [u64; 2] {
         self.steps[part as usize]
+    }
+
+    /// Where pixels that are known lie, and where they come to.
+    pub fn known(&self) -> [u64; 2] {
+        self.known
     }
 
     fn entries(&self, base: u64, first: u64, bytes: u64) -> Place {

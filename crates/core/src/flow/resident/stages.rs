@@ -7,16 +7,35 @@ use super::{
 };
 use crate::flow::steps::{self, TRAINING};
 use crate::kernel::stream::{reads, writes};
-use crate::machine::Optional;
+use crate::machine::{Exclusion, KeyValues, Optional};
 use crate::stage::{
     Bias, From, StageDecl, Stall, WaitDecl, also, buffer, buffer_id, double, omit, part, stage_id,
     work, work_id,
 };
 use powergs_energy::action::{ActionId, BufferId, Memory, Phase, StageId};
 
+/// What excludes that regions are moved from the frame before.
+const MOVED_REGIONS: &[Exclusion] = &[
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Is("front.overlap", &["frames"]),
+        instead: "none",
+        because: "which regions are rendered is known when all pixels have been moved",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Not("training.interval", &["0"]),
+        instead: "0",
+        because: "pixels without blends have no gradients",
+    },
+];
+
 /// Conversion.
 pub const FRONT_DECL: StageDecl = StageDecl {
     units: Some(|m| m.of_type::<FrontSpec>().units),
+    excludes: MOVED_REGIONS,
     also_works: &[
         also("cull").a_cycle(|m| converted(m.of_type())),
         also("project").a_cycle(|m| converted(m.of_type())),

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::work::RegionEntry;
 use crate::flow::lists::alignment_of;
+use crate::flow::over::pixels::{PixelFilter, PixelsSpec};
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
 use powergs_frame::scene::ShDegree;
@@ -34,6 +35,9 @@ pub struct Resident {
     /// What follows a frame that is trained on.
     #[serde(default)]
     pub training: TrainingSpec,
+    /// Which regions of a frame are rendered.
+    #[serde(default)]
+    pub pixels: PixelsSpec,
     /// On-chip buffers.
     pub stores: StoreSpecs,
 }
@@ -41,7 +45,8 @@ pub struct Resident {
 crate::flow::flow_tables!(
     Resident,
     super::ResidentFlow,
-    [region, gaussian, front, order, raster, tail, compose, training, stores]
+    [region, gaussian, front, order, raster, tail, compose, training, pixels, stores],
+    super::KEYS_NOT_BY_REGION
 );
 
 impl Machine {
@@ -314,11 +319,17 @@ impl StoreSpecs {
 }
 
 impl Resident {
-    /// The same for scenes of a degree: colours have the bytes of its coefficients, and lie as near
+    /// Which regions are rendered; `None` where all are.
+    pub fn pixel_filter(&self) -> Option<PixelFilter<'_>> {
+        self.pixels.filter(self.gaussian.pixel)
+    }
+
+    /// The same with what is kept of finished pixels, for scenes of a degree: colours have the bytes of its coefficients, and lie as near
     /// as the alignment of the others lets them.
     #[must_use]
     pub fn of_degree(&self, degree: ShDegree) -> Resident {
         let mut own = self.clone();
+        own.gaussian.pixel.0 += self.pixels.kept().0;
         if degree == ShDegree::MAX {
             return own;
         }

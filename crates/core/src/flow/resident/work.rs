@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::{Cut, Resident};
 use crate::flow::{Work, WorkKey, WorkKind};
-use crate::workload::demand::Unbinnable;
+use crate::workload::demand::{self, Unbinnable};
+use crate::workload::{FrameDetail, FrameWorkload, Geometry, bin_for};
 use powergs_base::budget::Budget;
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, Ellipse, Splat};
@@ -18,6 +19,10 @@ use powergs_frame::trace::{Frame, NEVER};
 
 /// Records of a block of [`ResidentFrame::storage`].
 pub const STORAGE_BLOCK: u64 = 32;
+
+/// Tiles in which the depths of pixels are found, which no machine has: any would do.
+const DEPTH_TILES: Geometry = Geometry::REFERENCE;
+const DEPTHS: FrameDetail = FrameDetail { pixels: true, whole: false };
 
 /// What decides how a frame is cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +39,8 @@ pub struct RegionShape {
     pub words: u32,
     /// Banks: words in a cycle.
     pub banks: u32,
+    /// Whether the depths of its pixels are needed: its Gaussians in lists of tiles.
+    pub depths: bool,
 }
 
 impl RegionShape {
@@ -49,13 +56,14 @@ impl RegionShape {
             lanes: m.raster.lanes,
             words: if is_free { 0 } else { words },
             banks: if is_free { 1 } else { banks },
+            depths: m.pixel_filter().is_some(),
         }
     }
 
     /// Who shares work of this shape.
     pub fn key(&self) -> WorkKey {
-        let RegionShape { width, height, cut, lanes, words, banks } = *self;
-        let numbers = vec![width, height, cut as u32, lanes, words, banks];
+        let RegionShape { width, height, cut, lanes, words, banks, depths } = *self;
+        let numbers = vec![width, height, cut as u32, lanes, words, banks, u32::from(depths)];
         WorkKey { kind: &Regions, numbers }
     }
 
@@ -75,12 +83,12 @@ impl RegionShape {
     /// # Panics
     /// On those of another kind of work.
     pub fn of(numbers: &[u32]) -> RegionShape {
-        let [width, height, cut, lanes, words, banks] = *numbers else {
-            panic!("a key of lists of regions has six numbers: {numbers:?}")
+        let [width, height, cut, lanes, words, banks, depths] = *numbers else {
+            panic!("a key of lists of regions has seven numbers: {numbers:?}")
         };
         let cut = Cut::ALL.into_iter().find(|known| *known as u32 == cut);
         let cut = cut.expect("a key of a shape");
-        RegionShape { width, height, cut, lanes, words, banks }
+        RegionShape { width, height, cut, lanes, words, banks, depths: depths > 0 }
     }
 
     /// Width and height of a region of an image.
@@ -154,6 +162,8 @@ pub struct ResidentFrame {
     pub index: Vec<u32>,
     /// Counts of the first `(i + 1) STORAGE_BLOCK` records, the last entry for all.
     pub storage: Vec<RecordCounts>,
+    /// The same Gaussians in lists of tiles, where depths of pixels are needed.
+    pub tiles: Option<Box<FrameWorkload>>,
 }
 
 /// The pixels of a splat: columns and rows, half open.
@@ -293,7 +303,52 @@ impl ResidentFrame {
             slot,
             index,
             storage,
+            tiles: shape.depths.then(|| Box::new(bin_for(frame, DEPTH_TILES, DEPTHS))),
         }
+    }
+
+    /// The same with some of its regions only. The front finds out which regions a Gaussian meets
+    /// before it knows which of them are rendered.
+    pub fn with_some(&self, wanted: &[bool]) -> ResidentFrame {
+        let mut made = ResidentFrame { tiles: None, ..self.clone() };
+        (made.regions, made.entries) = (Vec::new(), Vec::new());
+        for (region, _) in self.regions.iter().zip(wanted).filter(|(_, wanted)| **wanted) {
+            made.regions.push(Region { start: made.entries.len() as u32, ..*region });
+            made.entries.extend(self.of(region));
+        }
+        let mut of_splat = vec![0_u32; self.slot.len()];
+        made.entries.iter().for_each(|entry| of_splat[entry.rank as usize] += 1);
+        // Slots are in the order of storage, and stay so.
+        let mut own = vec![RecordCounts::default(); self.storage.len()];
+        let mut ranks: Vec<u32> = (0..self.slot.len() as u32).collect();
+        ranks.retain(|&rank| of_splat[rank as usize] > 0);
+        ranks.sort_unstable_by_key(|&rank| self.slot[rank as usize]);
+        made.slot.fill(u32::MAX);
+        made.index.clear();
+        for (slot, &rank) in (0..).zip(&ranks) {
+            let index = self.index[self.slot[rank as usize] as usize];
+            made.slot[rank as usize] = slot;
+            made.index.push(index);
+            let block = &mut own[(u64::from(index) / STORAGE_BLOCK) as usize];
+            block.splats += 1;
+            block.entries += u64::from(of_splat[rank as usize]);
+        }
+        let mut sum = RecordCounts::default();
+        for (counts, own) in made.storage.iter_mut().zip(own) {
+            (sum.splats, sum.entries) = (sum.splats + own.splats, sum.entries + own.entries);
+            (counts.splats, counts.entries) = (sum.splats, sum.entries);
+        }
+        let (entries, splats) = (made.entries.len() as u64, made.index.len() as u64);
+        made.counters = Counters {
+            tile_pairs: entries,
+            intersecting_points: splats,
+            fetched_points: splats,
+            tile_loads: entries,
+            alpha_evaluations: made.entries.iter().map(|entry| u64::from(entry.live)).sum(),
+            blends: made.regions.iter().map(|region| region.blends).sum(),
+            ..self.counters
+        };
+        made
     }
 
     /// The entries of a region.
@@ -465,7 +520,11 @@ impl WorkKind for Regions {
     }
 
     fn demand(&self, frame: &Frame, numbers: &[u32], budget: Budget) -> Result<u64, Unbinnable> {
-        let (pairs, bytes) = demand(frame, RegionShape::of(numbers));
+        let shape = RegionShape::of(numbers);
+        let (pairs, mut bytes) = demand(frame, shape);
+        if shape.depths {
+            bytes += demand::demand(frame, DEPTH_TILES, DEPTHS, budget)?;
+        }
         budget.check(bytes).map_err(|over| Unbinnable::Memory { pairs, over })?;
         if pairs > u64::from(u32::MAX) { Err(Unbinnable::Pairs(pairs)) } else { Ok(bytes) }
     }
@@ -498,5 +557,6 @@ impl Work for ResidentFrame {
             + size_of_val(&*self.slot)
             + size_of_val(&*self.index)
             + size_of_val(&*self.storage)
+            + self.tiles.as_ref().map_or(0, |tiles| tiles.bytes())
     }
 }

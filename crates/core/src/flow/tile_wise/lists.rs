@@ -174,6 +174,49 @@ pub(super) const EXCLUDES: &[Exclusion] = &[
         instead: "none",
         because: "nothing overlaps with two passes over all splats",
     },
+    // Of what is rendered only in part.
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Not("fovea.accumulators", &["0"]),
+        instead: "0",
+        because: "pixels of a foveated frame have two levels",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Not("stereo.impl", &["separate"]),
+        instead: "separate",
+        because: "the second eye needs all that blends in the first one",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Unlike("geometry.sort-group", "geometry.tile"),
+        instead: "",
+        because: "tiles that are not rendered have no part in the list of a group",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Is("vru.termination", &["none"]),
+        instead: "subtile",
+        because: "pixels that never stop do not know what they see first",
+    },
+    Exclusion {
+        choice: KeyValues::Not("pixels.impl", &["all"]),
+        off: "all",
+        other: KeyValues::Is("gsu.impl", &["update"]),
+        instead: "split",
+        because: "a list that is kept is that of a tile which is rendered in each frame",
+    },
+    Exclusion {
+        choice: KeyValues::Is("pixels.impl", &["warped", "sampled"]),
+        off: "all",
+        other: KeyValues::Is("gsu.impl", &["last", "shared"]),
+        instead: "split",
+        because: "a list that is kept is that of a tile which is rendered in each frame",
+    },
 ];
 
 /// The largest line and the largest block of a list.

@@ -11,7 +11,8 @@ use powergs_core::flow::gpu::warps::{FrameWarps, WarpShape};
 use powergs_core::flow::gpu::{
     AttachedOverlap, BlendSpec, Gpu, GpuKernel, GradientSum, KernelPart, Kernels, STREAMS, WARP,
 };
-use powergs_core::flow::{FlowOutcome, FrameTask};
+use powergs_core::flow::over::pixels::SomePixels;
+use powergs_core::flow::{FlowOutcome, FrameTask, History};
 use powergs_core::kernel::Memo;
 use powergs_core::kernel::dram::Dram;
 use powergs_core::kernel::memory::Ranges;
@@ -91,13 +92,26 @@ const ROPS: [Choice; 5] = [
     ("rops.merge", &["false", "true"]),
 ];
 
+const PIXELS: [Choice; 1] = [(
+    "pixels.impl",
+    &[
+        "warped\npixels.holes=0.05\nreproject.place=500",
+        "warped\npixels.holes=0.6\npixels.period=2\nreproject.fill=300",
+        "warped\npixels.holes=0.3\npixels.depth=2 B",
+        "sampled\npixels.stride=2",
+        "sampled\npixels.stride=4\npixels.pattern=unseen\npixels.period=2",
+        "sampled\npixels.stride=9\ntraining.sum=warp",
+    ],
+)];
+
 /// The machine of a case, where it does not contradict itself.
 pub fn machine(seed: u64) -> Option<Machine> {
     let mut dice = Dice::new(seed);
-    let more: &[Choice] = match dice.roll(0, 3) {
+    let more: &[Choice] = match dice.roll(0, 4) {
         0 => &TRAINING,
         1 => &ATTACHED,
         2 => &ROPS,
+        3 => &PIXELS,
         _ => &[],
     };
     let mut set = |(key, values): &Choice| -> Vec<String> {
@@ -110,11 +124,16 @@ pub fn machine(seed: u64) -> Option<Machine> {
     Machine::parse_with(&file, &sets).ok()
 }
 
-/// A frame of a hundred splats.
-fn frame(seed: u64) -> Frame {
+/// A frame of a hundred splats, and the one before it.
+fn frames(seed: u64) -> [Frame; 2] {
     let mut scene = random_scene(seed, 100, [0, 1, 3][seed as usize % 3]);
     scene.logit_opacities.iter_mut().for_each(|o| *o += 2.0);
-    rendered(&scene, &front_camera(35, 28)).1
+    [0.0, 0.04].map(|step| {
+        let mut camera = front_camera(35, 28);
+        camera.centre.x += step;
+        camera.world_to_camera *= glam::DMat3::from_rotation_y(step);
+        rendered(&scene, &camera).1
+    })
 }
 
 /// What was seen.
@@ -166,7 +185,9 @@ impl Running<'_> {
     fn waits(&self) -> char {
         match self.kernel.part {
             KernelPart::Sort => 'p',
-            KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => 'f',
+            KernelPart::Reproject | KernelPart::Blend | KernelPart::Loss | KernelPart::Backward => {
+                'f'
+            }
             _ => 'r',
         }
     }
@@ -204,7 +225,8 @@ impl Running<'_> {
 }
 
 /// Where kernels read and write: the scene, what is made of it, pairs twice, where those of tiles
-/// begin, the image, and behind it gradients and moments. And where all of it ends.
+/// begin, the image, and behind it the frame before and what comes to the places of this one,
+/// gradients and moments. And where all of it ends.
 fn places(
     gpu: &Gpu,
     work: &FrameWorkload,
@@ -220,7 +242,11 @@ fn places(
     let (sorted, ranges) = (made + array, made + 2 * array);
     let image = ranges + 8 * work.tiles.len() as u64;
     let pixels = u64::from(work.width) * u64::from(work.height);
-    let end = image + pixels * gpu.blend.pixel.0;
+    let moves = kernels.all.iter().any(|kernel| kernel.part == KernelPart::Reproject);
+    let kept = gpu.blend.pixel.0 + if gpu.reprojects() { gpu.pixels.depth.0 } else { 0 };
+    let before = image + pixels * kept;
+    let nearest = before + pixels * kept;
+    let end = if moves { nearest + pixels * 8 } else { before };
     let t = &gpu.training;
     let gaussians = end + pixels * t.loss_bytes.0;
     let parameters = gaussians + points * t.record.0;
@@ -228,9 +254,13 @@ fn places(
     let found = t.zeroed.0.max(numbers * t.widths.gradient.0);
     let behind = parameters + points * (found + 2 * numbers * t.widths.moment.0);
     let last_sort = kernels.all.iter().rposition(|kernel| kernel.part == KernelPart::Sort);
-    let (mut passes, mut updates) = (0, 0);
+    let (mut passes, mut updates, mut moved) = (0, 0, 0);
     let densifies = t.densify > 0;
     let of = |(i, kernel): (usize, &GpuKernel)| match kernel.part {
+        KernelPart::Reproject => {
+            moved += 1;
+            if moved == 1 { [before, nearest] } else { [nearest, image] }
+        }
         KernelPart::Convert => [0, scene],
         KernelPart::Pairs => [scene, made],
         KernelPart::Sort if !draws && Some(i) == last_sort => [sorted, ranges],
@@ -296,6 +326,7 @@ fn stepped(
                 break;
             }
             let streams = match kernel.part {
+                KernelPart::Reproject => ["known-in", "known-out"],
                 KernelPart::Convert => ["scene", "results"],
                 KernelPart::Pairs => ["counts", "pairs-out"],
                 KernelPart::Sort => ["keys-in", "keys-out"],
@@ -375,11 +406,13 @@ fn in_turn(gpu: &Gpu, blend: &BlendSpec, warps: &FrameWarps) -> Vec<f64> {
     // Work that is left, and cycles that it takes alone.
     let block = |b: &powergs_core::flow::gpu::warps::BlockWarps| {
         let pairs = [b.evaluated, b.blended];
-        let finish = blend.block_warps() * u64::from(blend.finish);
+        // A tile of which nothing is rendered leaves at once.
+        let last = if b.renders { u64::from(blend.finish) } else { 0 };
+        let finish = blend.block_warps() * last;
         let issued = (blend.instructions(pairs) + finish) as f64 / gpu.sm.issue();
         let special = blend.exponentials(pairs) as f64 * f64::from(WARP);
         let work = issued.max(special / f64::from(gpu.sm.special));
-        let longest = blend.instructions(b.longest.map(u64::from)) + u64::from(blend.finish);
+        let longest = blend.instructions(b.longest.map(u64::from)) + last;
         let batches = u64::from(b.loaded).div_ceil(blend.batch.into());
         let alone = longest * u64::from(gpu.sm.interval) + batches * u64::from(blend.latency);
         (work.max(1e-3), work.max(1e-3).max(alone as f64))
@@ -441,20 +474,27 @@ fn in_turn(gpu: &Gpu, blend: &BlendSpec, warps: &FrameWarps) -> Vec<f64> {
 
 /// Compares a frame; the symbols of states that came up, and how many kernels had multiprocessors
 /// that ended otherwise than here, and as here.
-fn compare(seed: u64, frames: &[Frame]) -> Option<(String, [usize; 2])> {
+fn compare(seed: u64, frames: &[[Frame; 2]]) -> Option<(String, [usize; 2])> {
     let machine = machine(seed)?;
-    let work = workload(&frames[seed as usize % frames.len()], machine.gpu());
+    let pair = &frames[seed as usize % frames.len()];
+    let [earlier, work] = [0, 1].map(|i| workload(&pair[i], machine.gpu()));
     let memo = Memo::default();
-    let task = FrameTask::first(&machine, &work, &memo);
+    let mut history = History::default();
+    let mut over = |work| machine.flow().hand_over(&machine, work, None, &mut history);
+    let before = (over(&earlier), over(&work)).1;
+    let task = FrameTask { before: before.as_ref(), ..FrameTask::first(&machine, &work, &memo) };
     machine.flow().fits(&task).ok()?;
     let mut timeline = Timeline::default();
     let observer = Some(&mut timeline as &mut dyn Observer);
     let outcome: FlowOutcome = machine.flow().run(&task, observer).expect("it runs");
-    let kernels = Kernels::new(&machine, &work, &memo);
-    let warps = FrameWarps::new(&work, &WarpShape::of(machine.gpu()));
+    let some = before.as_ref().and_then(|before| before.downcast_ref::<SomePixels>());
+    let made = some.and_then(|some| some.made.as_deref());
+    let (work, own) = (made.unwrap_or(&work), Memo::default());
+    let kernels = Kernels::new(&machine, work, some, &own);
+    let warps = FrameWarps::new(work, &WarpShape::of(machine.gpu()));
     let flat = Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS);
     let case = || format!("seed {seed}\n{:#?}", machine.gpu());
-    let seen = stepped(&machine, &work, &kernels, &warps, flat);
+    let seen = stepped(&machine, work, &kernels, &warps, flat);
     let (drawn, expected) = (timeline.draw(), seen.draw());
     for (ours, theirs) in drawn.lines().zip(expected.lines()) {
         let at = ours.bytes().zip(theirs.bytes()).position(|(a, b)| a != b);
@@ -471,9 +511,8 @@ fn compare(seed: u64, frames: &[Frame]) -> Option<(String, [usize; 2])> {
     assert_eq!(outcome.timing.dram.requests_served, seen.requests, "{}", case());
     assert_eq!(outcome.served.stages.map(|s| s.read), seen.read, "{}", case());
     assert_eq!(outcome.served.stages.map(|s| s.write), seen.written, "{}", case());
-    let trains = machine.gpu().training.trains();
     for (part, cycles) in KernelPart::ALL.into_iter().zip(seen.parts) {
-        let expected = (trains || !part.trains()).then_some(cycles);
+        let expected = part.is_of(machine.gpu()).then_some(cycles);
         assert_eq!(outcome.measured.count(part.time()), expected, "{}", case());
     }
     assert_eq!(outcome.measured.count(&LAUNCHING), Some(seen.launching), "{}", case());
@@ -520,7 +559,7 @@ fn compare(seed: u64, frames: &[Frame]) -> Option<(String, [usize; 2])> {
 
 #[test]
 fn frames_are_those_of_kernels_one_after_the_other() {
-    let frames: Vec<Frame> = (0..FRAMES).into_par_iter().map(frame).collect();
+    let frames: Vec<[Frame; 2]> = (0..FRAMES).into_par_iter().map(frames).collect();
     let all = (0..slow_or(CASES)).into_par_iter().filter_map(|seed| compare(seed, &frames));
     let all: Vec<(String, [usize; 2])> = all.collect();
     assert!(all.len() as u64 > slow_or(CASES) / 2, "{} of them", all.len());

@@ -8,16 +8,19 @@ mod order;
 
 use std::collections::BTreeMap;
 
+use powergs_core::flow::over::pixels::SomeRegions;
 use powergs_core::flow::resident::layout::{Layout, Place};
 use powergs_core::flow::resident::work::ResidentFrame;
 use powergs_core::flow::resident::{FrontOverlap, Resident, STREAMS};
 use powergs_core::kernel::Calibration;
 use powergs_core::kernel::dram::Dram;
 use powergs_core::machine::{BufferSpec, Machine};
+use powergs_dram::AddressRange;
 
 use self::engine::Engine;
 use self::front::Front;
 use self::order::Order;
+use crate::oracle_blocks::{Block, Mover};
 use crate::oracle_memory::{self, Ticket};
 
 /// What the oracle saw.
@@ -31,7 +34,7 @@ pub struct Seen {
     pub write: [u64; 3],
 }
 
-const STAGES: [&str; 5] = ["front", "order", "raster", "tail", "compose"];
+const STAGES: [&str; 6] = ["pxu", "front", "order", "raster", "tail", "compose"];
 
 impl Seen {
     /// As `Timeline::draw`.
@@ -39,8 +42,13 @@ impl Seen {
         self.rows.iter().map(|((s, i), row)| format!("{}{i} |{row}\n", STAGES[*s])).collect()
     }
 
+    /// What knows pixels is first.
+    fn put_pixels(&mut self, symbol: char) {
+        self.rows.entry((0, 0)).or_default().push(symbol);
+    }
+
     fn put(&mut self, stage: usize, instance: usize, symbol: char) {
-        self.rows.entry((stage, instance)).or_default().push(symbol);
+        self.rows.entry((1 + stage, instance)).or_default().push(symbol);
     }
 }
 
@@ -97,17 +105,40 @@ impl World<'_> {
 }
 
 /// Steps through a frame.
-pub fn run(machine: &Machine, frame: &ResidentFrame, calibration: Option<&Calibration>) -> Seen {
+pub fn run(
+    machine: &Machine,
+    frame: &ResidentFrame,
+    some: Option<&SomeRegions>,
+    calibration: Option<&Calibration>,
+) -> Seen {
     let m = &machine.resident().of_degree(frame.sh_degree);
     let flat = match calibration {
         Some(calibration) => calibration.dram(),
         None => Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS),
     };
     let regions = frame.regions.len();
+    let blocks = some.map_or(&[][..], |some| &some.blocks);
+    let known = blocks
+        .iter()
+        .fold([0; 2], |sum: [u64; 2], block| [sum[0] + block.read, sum[1] + block.write]);
+    let layout = Layout::new(frame, m, known, None);
+    let mut mover = m.pixel_filter().map(|filter| {
+        let mut unit = Mover::new(["known-in", "known-out"], filter.spec.per_cycle.into());
+        let mut at = layout.known();
+        for block in blocks {
+            let [read, write] = [(0, block.read), (1, block.write)].map(|(way, bytes)| {
+                let address: u64 = at[way];
+                at[way] += bytes;
+                (bytes, Place::Range(AddressRange { address, bytes }))
+            });
+            unit.push(Block { items: block.items, read, write });
+        }
+        unit
+    });
     let mut world = World {
         m,
         frame,
-        memory: oracle_memory::Memory::new(Layout::new(frame, m, None), &STREAMS, machine, flat),
+        memory: oracle_memory::Memory::new(layout, &STREAMS, machine, flat),
         now: 0,
         next_record: 0,
         next_region: 0,
@@ -122,8 +153,25 @@ pub fn run(machine: &Machine, frame: &ResidentFrame, calibration: Option<&Calibr
     let mut orders: Vec<Order> = (0..m.order.units).map(|_| Order::new(m)).collect();
     let mut engines: Vec<Engine> = (0..m.raster.engines).map(|_| Engine::new(m)).collect();
     let mut seen = Seen::default();
+    let [units, tails, composers] =
+        [engines.len(), usize::from(m.tail.share > 0.0), usize::from(m.compose.lanes > 0)];
+    let idle = [fronts.len(), orders.len(), units, tails * units, composers * units];
     let (mut is_converted, overlaps) = (false, m.front.overlap == FrontOverlap::Frames);
     loop {
+        // Everything waits until the pixels of the frame before have been moved.
+        if let Some(unit) = &mut mover {
+            unit.step(world.now, &mut world.memory);
+            if !unit.is_done() {
+                seen.put_pixels(unit.symbol());
+                for (kind, units) in idle.into_iter().enumerate() {
+                    (0..units).for_each(|i| seen.put(kind, i, '.'));
+                }
+                unit.tick();
+                world.memory.tick(world.now);
+                world.now += 1;
+                continue;
+            }
+        }
         if !is_converted {
             fronts.iter_mut().for_each(|unit| unit.step(&mut world));
             is_converted = world.next_record == frame.counters.points
@@ -137,6 +185,9 @@ pub fn run(machine: &Machine, frame: &ResidentFrame, calibration: Option<&Calibr
             if is_rendered && is_converted {
                 break;
             }
+        }
+        if mover.is_some() {
+            seen.put_pixels('.');
         }
         for (i, unit) in fronts.iter().enumerate() {
             let symbol = match world.converts {

@@ -32,6 +32,13 @@ pub fn small_frame(seed: u64) -> Frame {
     rendered(&scene, &front_camera(75, 51)).1
 }
 
+/// A small frame as if it had been seen from further to the right: its pixels come from elsewhere.
+pub fn moved_frame(seed: u64, step: f64) -> Frame {
+    let mut frame = small_frame(seed);
+    frame.facts.camera.centre.x += step;
+    frame
+}
+
 /// The same frame, and what an eye a little further to the right sees.
 pub fn small_frames(seed: u64) -> [Frame; 2] {
     [0.0, 0.03].map(|x| {

@@ -2,11 +2,12 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::COUNTER;
 use crate::flow::Incompatible;
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
-use crate::machine::{BufferSpec, Exclusion, KeyValues, Machine, Optional, Ports};
+use crate::machine::{BufferSpec, Machine, Optional, Ports};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
 
@@ -84,8 +85,20 @@ impl PixelsSpec {
     /// # Errors
     /// A sample that is larger than the image; more tiles than it has counters for.
     pub fn fits(&self, machine: &str, workload: &FrameWorkload) -> Result<(), Incompatible> {
+        self.fits_image(machine, [workload.width, workload.height], workload.tiles.len())
+    }
+
+    /// The same for an image in so many tiles.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn fits_image(
+        &self,
+        machine: &str,
+        [width, height]: [u32; 2],
+        tiles: usize,
+    ) -> Result<(), Incompatible> {
         let refused = |why| Err(Incompatible::Other { machine: machine.to_owned(), why });
-        let (width, height) = (workload.width, workload.height);
         if self.source == PixelSource::Sampled && self.stride > width.min(height) {
             let most = width.min(height);
             return refused(format!(
@@ -94,12 +107,11 @@ impl PixelsSpec {
                 self.stride
             ));
         }
-        let counters = Bytes(workload.tiles.len() as u64 * COUNTER);
+        let counters = Bytes(tiles as u64 * COUNTER);
         if self.source == PixelSource::Warped && counters > self.buffer.capacity {
             return refused(format!(
-                "{} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is {}: \
-                 make it larger, or `geometry.tile`",
-                workload.tiles.len(),
+                "{tiles} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is \
+                 {}: make it larger, or `geometry.tile`",
                 self.buffer.capacity
             ));
         }
@@ -260,51 +272,17 @@ pub(in crate::flow) const OPTIONAL: &[Optional] = &[
     },
 ];
 
-/// What its choices exclude.
-pub(in crate::flow) const EXCLUDES: &[Exclusion] = &[
-    Exclusion {
-        choice: KeyValues::Not("pixels.impl", &["all"]),
-        off: "all",
-        other: KeyValues::Not("fovea.accumulators", &["0"]),
-        instead: "0",
-        because: "pixels of a foveated frame have two levels",
-    },
-    Exclusion {
-        choice: KeyValues::Not("pixels.impl", &["all"]),
-        off: "all",
-        other: KeyValues::Not("stereo.impl", &["separate"]),
-        instead: "separate",
-        because: "the second eye needs all that blends in the first one",
-    },
-    Exclusion {
-        choice: KeyValues::Not("pixels.impl", &["all"]),
-        off: "all",
-        other: KeyValues::Unlike("geometry.sort-group", "geometry.tile"),
-        instead: "",
-        because: "tiles that are not rendered have no part in the list of a group",
-    },
-    Exclusion {
-        choice: KeyValues::Not("pixels.impl", &["all"]),
-        off: "all",
-        other: KeyValues::Is("vru.termination", &["none"]),
-        instead: "subtile",
-        because: "pixels that never stop do not know what they see first",
-    },
-    Exclusion {
-        choice: KeyValues::Not("pixels.impl", &["all"]),
-        off: "all",
-        other: KeyValues::Is("gsu.impl", &["update"]),
-        instead: "split",
-        because: "a list that is kept is that of a tile which is rendered in each frame",
-    },
-    Exclusion {
-        choice: KeyValues::Is("pixels.impl", &["warped", "sampled"]),
-        off: "all",
-        other: KeyValues::Is("gsu.impl", &["last", "shared"]),
-        instead: "split",
-        because: "a list that is kept is that of a tile which is rendered in each frame",
-    },
-];
+/// Takes sources of pixels, and keys of `pixels`, out of the schema of tables: those that machines
+/// of a dataflow cannot have.
+pub(in crate::flow) fn leave_out(schema: &mut Value, sources: &[PixelSource], keys: &[&str]) {
+    let Some(table) = schema["properties"]["pixels"]["properties"].as_object_mut() else { return };
+    let own = keys.iter().filter_map(|key| key.strip_prefix("pixels."));
+    own.for_each(|key| drop(table.remove(key)));
+    let is_out = |one: &Value| sources.iter().any(|source| one["const"] == source.name());
+    if let Some(all) = table["impl"]["oneOf"].as_array_mut() {
+        all.retain(|one| !is_out(one));
+    }
+}
 
 /// Adds what of the keys of a machine does not fit together.
 pub(in crate::flow) fn check(machine: &Machine, found: &mut Found) {
