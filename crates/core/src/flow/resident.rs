@@ -33,6 +33,7 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Handed, History, Incompatible, RecordKeys,
     SimError, TablesDecl, Work, WorkKey,
 };
+use crate::flow::over::FirstUnit;
 use crate::flow::over::pixels::{self, PXU, PixelSource, SomeRegions};
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
@@ -347,12 +348,14 @@ impl<'a, O: Observer> RegionShared<'a, O> {
     }
 }
 
-/// The units of a machine: front, order units, engines, and what knows pixels.
+/// The units of a machine: front, order units, engines, what knows pixels, and those that are done
+/// before the others begin.
 struct Units<'s, 'a, O> {
     front: Vec<FrontUnit>,
     order: Vec<OrderUnit>,
     engines: Vec<Engine>,
     pixels: Option<BlockStream>,
+    first: Vec<BlockStream>,
     shared: &'s mut RegionShared<'a, O>,
 }
 
@@ -368,6 +371,9 @@ impl<O: Observer> Units<'_, '_, O> {
         for engine in &mut self.engines {
             engine.account(now, self.shared.observer);
         }
+        for unit in self.first.iter_mut().chain(&mut self.pixels) {
+            unit.account.up_to(now, self.shared.observer);
+        }
     }
 }
 
@@ -380,9 +386,11 @@ impl<O: Observer> kernel::Agents for Units<'_, '_, O> {
             n if n < front + order + self.engines.len() => {
                 self.engines[n - front - order].step(now, self.shared)
             }
-            _ => {
+            n => {
                 let RegionShared { memory, observer, .. } = &mut *self.shared;
-                let unit = self.pixels.as_mut().expect("the last agent");
+                let n = n - front - order - self.engines.len();
+                let unit = self.pixels.iter_mut().chain(&mut self.first).nth(n);
+                let unit = unit.expect("an agent");
                 unit.step(now, memory, |_, at| Place::Range(at), *observer)
             }
         }
@@ -471,8 +479,9 @@ fn through<O: Observer>(
     let m = &machine.resident().of_degree(frame.sh_degree);
     let step = Step::new(m, frame);
     let blocks = some.map_or(&[][..], |some| &some.blocks);
-    let layout = Layout::new(frame, m, BlockStream::bytes(blocks), step.as_ref());
-    let places = layout.known();
+    let firsts = FirstUnit::of(machine, frame.counters.points);
+    let layout = Layout::new(frame, m, &firsts, BlockStream::bytes(blocks), step.as_ref());
+    let (places, first_places) = (layout.known(), layout.first().to_vec());
     let memory = Memory::new(layout, &STREAMS, machine.memory(), calibration);
     let mut next_pixel = 0;
     let first_pixel = frame.regions.iter().map(|region| {
@@ -519,21 +528,34 @@ fn through<O: Observer>(
             };
             BlockStream::new(unit, blocks)
         }),
+        first: {
+            let before = fronts + orders + engines + u32::from(m.pixel_filter().is_some());
+            let of = |(n, (unit, places)): (u32, (&FirstUnit, [u64; 2]))| {
+                unit.stream(before + n, &STREAMS, places)
+            };
+            (0..).zip(firsts.iter().zip(first_places)).map(of).collect()
+        },
         shared: &mut shared,
     };
     let (apart, all) = (fronts as usize, (fronts + orders + engines) as usize);
     let front_end = |units: &Units<O>| units.front.iter().map(|unit| unit.end).max().unwrap_or(0);
+    let mut begins = 0;
+    for unit in 0..units.first.len() {
+        let agent = all + usize::from(units.pixels.is_some()) + unit;
+        drive(&mut units, agent..agent + 1, begins);
+        begins = begins.max(units.first[unit].end);
+        units.account(begins);
+    }
     let preprocessing_end = match m.front.overlap {
         FrontOverlap::Frames => {
-            drive(&mut units, 0..all, 0);
-            front_end(&units)
+            drive(&mut units, 0..all, begins);
+            front_end(&units).max(begins)
         }
         FrontOverlap::None => {
-            let mut begins = 0;
             if units.pixels.is_some() {
                 // Which regions are rendered is known when all pixels have been moved.
-                drive(&mut units, all..all + 1, 0);
-                begins = units.pixels.as_ref().map_or(0, |unit| unit.end);
+                drive(&mut units, all..all + 1, begins);
+                begins = units.pixels.as_ref().map_or(0, |unit| unit.end).max(begins);
                 units.account(begins);
             }
             drive(&mut units, 0..apart, begins);
@@ -546,7 +568,7 @@ fn through<O: Observer>(
     let end = units.engines.iter().map(|engine| engine.end).max().unwrap_or(0);
     // Engines without a region end at 0.
     let end = end.max(preprocessing_end);
-    let Units { mut front, mut order, mut engines, mut pixels, .. } = units;
+    let Units { mut front, mut order, mut engines, mut pixels, mut first, .. } = units;
     // Late conversions came behind the front's own phase, one after the other, and are booked now.
     front.iter_mut().for_each(|unit| unit.convert(&shared.conversions, end, shared.observer));
     let mut after = Measured::default();
@@ -564,10 +586,12 @@ fn through<O: Observer>(
     order.iter_mut().for_each(|unit| unit.account.up_to(end, shared.observer));
     engines.iter_mut().for_each(|engine| engine.account(end, shared.observer));
     let mut outcome = outcome(&front, &order, &engines, preprocessing_end, end, &shared);
-    if let Some(unit) = &mut pixels {
+    for unit in pixels.iter_mut().chain(&mut first) {
         unit.account.up_to(end, shared.observer);
-        outcome.timing.units.push(cycles(PXU, 1, [&unit.account.ledger].into_iter()));
+        let ledgers = [&unit.account.ledger].into_iter();
+        outcome.timing.units.push(cycles(unit.stage(), 1, ledgers));
     }
+    firsts.iter().for_each(|unit| outcome.actions.add(&unit.actions));
     if let Some(some) = some {
         some.charge(&mut outcome.actions);
     }

@@ -35,6 +35,7 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
     Incompatible, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
+use crate::flow::over::FirstUnit;
 use crate::flow::over::kept_order::{KeptOrder, TableUse};
 use crate::flow::over::pixels::{self, SomePixels};
 use crate::kernel::calibration::CalibrationRecorder;
@@ -242,6 +243,8 @@ pub struct FrameContext<'a> {
     pub runs: Option<&'a [ChunkRun]>,
     /// What of the frame is rendered, where that is not all.
     pub pixels: Option<&'a SomePixels>,
+    /// Units that are done before anything else begins; [`replay`] and its kin find them.
+    pub first: &'a [FirstUnit],
     /// Sums of the gradients of the frame, where it is trained on; [`replay`] and its kin measure
     /// them themselves.
     pub sums: Option<&'a FrameSums>,
@@ -319,6 +322,10 @@ pub fn replay_with(
     );
     assert_eq!(workload.detail, machine.tiles().detail(), "and of what else they need");
     let mut units = ResolvedUnits::for_frame(machine, workload);
+    // A second eye that is made of the first one has the Gaussians of its frame.
+    let points = workload.counters.points;
+    let first = if context.derived { Vec::new() } else { FirstUnit::of(machine, points) };
+    let context = FrameContext { first: &first, ..context };
     let lists = machine.tiles().list_shape().filter(|_| !context.derived);
     let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
     let sums =

@@ -99,6 +99,11 @@ impl BlockStream {
         BlockStream { account, end: begins, ..BlockStream::new(unit, blocks) }
     }
 
+    /// Its stage.
+    pub const fn stage(&self) -> StageId {
+        self.unit.stage
+    }
+
     /// One more block, behind all others.
     pub fn push(&mut self, block: MovedBlock) {
         self.blocks.push(block);

@@ -4,6 +4,7 @@
 use super::Resident;
 use super::training::Step;
 use super::work::ResidentFrame;
+use crate::flow::over::FirstUnit;
 use crate::flow::steps::StepPart;
 use crate::kernel::memory;
 use powergs_dram::AddressRange;
@@ -61,6 +62,8 @@ pub struct Layout<'a> {
     ordered: u64,
     slices: u64,
     pixels: u64,
+    /// What each unit that acts first reads and writes.
+    first: Vec<[u64; 2]>,
     /// What is read of pixels that are known, and written of them.
     known: [u64; 2],
     /// What each part of a step of training reads and writes.
@@ -69,10 +72,12 @@ pub struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    /// Those of a frame on a machine that moves so many bytes of known pixels.
+    /// Those of a frame on a machine with these units that act first, which moves so many bytes of
+    /// known pixels.
     pub fn new(
         frame: &'a ResidentFrame,
         machine: &'a Resident,
+        first: &[FirstUnit],
         known: [u64; 2],
         step: Option<&Step>,
     ) -> Layout<'a> {
@@ -98,6 +103,7 @@ impl<'a> Layout<'a> {
             ordered: array(entries, g.entry.0),
             slices: array(of_slices, machine.raster.pixel_state.0),
             pixels: array(pixels, g.pixel.0),
+            first: first.iter().map(|unit| unit.bytes().map(|n| array(n, 1))).collect(),
             known: known.map(|bytes| array(bytes, 1)),
             steps: StepPart::ALL.map(|part| {
                 step.map_or([0; 2], |step| step.bytes(part)).map(|bytes| array(bytes, 1))
@@ -111,6 +117,11 @@ impl<'a> Layout<'a> {
     /// Where what a part of a step reads and writes begins.
     pub fn step(&self, part: StepPart) -> [u64; 2] {
         self.steps[part as usize]
+    }
+
+    /// Where what each unit that acts first reads and writes begins.
+    pub fn first(&self) -> &[[u64; 2]] {
+        &self.first
     }
 
     /// Where pixels that are known lie, and where they come to.

@@ -145,6 +145,8 @@ pub struct Layout<'a> {
     /// Colours of further levels and features of second ones, in foveated frames.
     levels: [(u64, u64); 2],
     spill: u64,
+    /// What each unit that acts first reads and writes.
+    first: Vec<[u64; 2]>,
     /// Pixels that are known.
     known: u64,
     pixels: (u64, u64),
@@ -226,6 +228,7 @@ impl<'a> Layout<'a> {
                 ],
             },
             spill: region(u64::from(units.vru.spec.cores) * REGION),
+            first: context.first.iter().map(|unit| unit.bytes().map(&mut region)).collect(),
             known: region(context.pixels.map_or(0, |some| BlockStream::bytes(&some.blocks)[0])),
             steps: StepPart::ALL.map(|part| {
                 let bytes = gradients.map_or([0; 2], |work| work.bytes(part));
@@ -320,6 +323,11 @@ impl<'a> Layout<'a> {
     /// `bytes` of the spill region of `core`, for keys that its sorting buffer does not hold.
     pub fn spill(&self, core: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange { address: self.spill + u64::from(core) * REGION, bytes })
+    }
+
+    /// Where what each unit that acts first reads and writes begins.
+    pub fn first(&self) -> &[[u64; 2]] {
+        &self.first
     }
 
     /// Where pixels that are known lie, and where they come to.

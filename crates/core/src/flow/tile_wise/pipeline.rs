@@ -46,6 +46,7 @@ mod render;
 
 use std::ops::Range;
 
+use crate::flow::over::FirstUnit;
 use crate::flow::over::pixels::PXU;
 use crate::flow::steps::{StepCycles, StepPart};
 use crate::flow::tile_wise::FrameContext;
@@ -157,12 +158,14 @@ impl<O> Shared<'_, O> {
     }
 }
 
-/// The agents of the event queue: CCUs, then cores, then what knows pixels, then gradient units.
+/// The agents of the event queue: CCUs, then cores, then what knows pixels, then gradient units,
+/// then those that are done before the others begin.
 struct Agents<'a> {
     ccus: Vec<CcuState>,
     cores: Vec<Core>,
     pixels: Option<BlockStream>,
     gradients: Vec<GradientUnit>,
+    first: Vec<BlockStream>,
     work: Option<GradientWork<'a>>,
 }
 
@@ -196,6 +199,13 @@ impl<'a> Agents<'a> {
             pixels: spec.source.has_unit().then(|| {
                 BlockStream::new(unit, context.pixels.map_or(&[], |some| some.blocks.as_slice()))
             }),
+            first: {
+                let gradients = if work.is_some() { cores } else { 0 };
+                let of = |(n, (unit, places)): (u32, (&FirstUnit, &[u64; 2]))| {
+                    unit.stream(before + gradients + n, &STREAMS, *places)
+                };
+                (0..).zip(context.first.iter().zip(layout.first())).map(of).collect()
+            },
             gradients: work.as_ref().map(units_of).unwrap_or_default(),
             work,
         }
@@ -227,6 +237,7 @@ impl<'a> Agents<'a> {
             pixels.account.up_to(now, observer);
         }
         self.gradients.iter_mut().for_each(|unit| unit.account(now, observer));
+        self.first.iter_mut().for_each(|unit| unit.account.up_to(now, observer));
     }
 
     fn buffers(&self) -> Vec<BufferUse> {
@@ -261,6 +272,12 @@ impl<O: Observer> kernel::Agents for Acting<'_, '_, O> {
             return core.step(now, shared);
         }
         let (rendering, of_frame) = (self.agents.rendering(), self.agents.of_frame());
+        let all = self.agents.all();
+        if let Some(unit) = agent.checked_sub(all) {
+            let Shared { memory, observer, .. } = shared;
+            let span = |_, at| AccessPattern::Run(at);
+            return self.agents.first[unit].step(now, memory, span, *observer);
+        }
         if let Some(pixels) = self.agents.pixels.as_mut().filter(|_| agent == rendering) {
             let Shared { memory, observer, .. } = shared;
             return pixels.step(now, memory, |_, at| AccessPattern::Run(at), *observer);
@@ -355,16 +372,22 @@ pub(crate) fn run<O: Observer>(
     let spec = &machine.tiles().pixels;
     let mut agents = Agents::new(units, spec, &context, shared.memory.layout(), work);
     let (ccus, all) = (agents.ccus.len(), agents.all());
+    let mut begins = 0;
+    for unit in 0..agents.first.len() {
+        agents.drive(all + unit..all + unit + 1, begins, &mut shared);
+        begins = begins.max(agents.first[unit].end);
+        agents.account(begins, shared.observer);
+    }
     // What has to be rendered is known when all pixels of the frame before have been moved (A141).
     let (begins, all) = match agents.pixels.is_some() && machine.tiles().pixels.source.is_first() {
         true => {
             let unit = agents.rendering();
-            agents.drive(unit..unit + 1, 0, &mut shared);
-            let begins = agents.pixels.as_ref().map_or(0, |pixels| pixels.end);
+            agents.drive(unit..unit + 1, begins, &mut shared);
+            let begins = agents.pixels.as_ref().map_or(0, |pixels| pixels.end).max(begins);
             agents.account(begins, shared.observer);
             (begins, unit)
         }
-        false => (0, all),
+        false => (begins, all),
     };
     let preprocessing_end = match overlap {
         Overlap::None => {
@@ -451,6 +474,8 @@ fn outcome<O: Observer>(
     if units.colour.is_some() {
         unit_cycles.push(cycles(colour::UNITS, 1, cores.iter().map(|c| &c.colour.ledger)));
     }
+    let of = |unit: &BlockStream| cycles(unit.stage(), 1, [&unit.account.ledger].into_iter());
+    unit_cycles.extend(agents.first.iter().map(of));
     let mut speculation = ActionCounts::default();
     let mut tile_cycles = Histogram::EMPTY;
     for core in cores {

@@ -175,6 +175,7 @@ pub(super) fn actions(
     if workload.fovea.is_some() {
         ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
     }
+    context.first.iter().for_each(|unit| actions.add(&unit.actions));
     if let Some(some) = context.pixels {
         some.charge(&mut actions);
     }

@@ -121,7 +121,7 @@ pub fn run(
     let known = blocks
         .iter()
         .fold([0; 2], |sum: [u64; 2], block| [sum[0] + block.read, sum[1] + block.write]);
-    let layout = Layout::new(frame, m, known, None);
+    let layout = Layout::new(frame, m, &[], known, None);
     let mut mover = m.pixel_filter().map(|filter| {
         let mut unit = Mover::new(["known-in", "known-out"], filter.spec.per_cycle.into());
         let mut at = layout.known();

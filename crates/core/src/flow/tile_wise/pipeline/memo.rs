@@ -4,6 +4,7 @@
 //! model ignores addresses. Preprocessing of a frame then depends only on the CCUs, their buffers,
 //! the record sizes and the rate of the memory, so machines that differ in other keys share it.
 
+use crate::flow::over::FirstUnit;
 use crate::flow::tile_wise::BinningSpec;
 use crate::flow::tile_wise::ccu::Ccu;
 use crate::flow::tile_wise::pipeline::ccu_state::CcuState;
@@ -46,7 +47,8 @@ pub fn shared_by(machine: &Machine) -> Option<String> {
         && machine.dram.model == DramModel::Bandwidth
         && machine.tiles().gsu.period() == 1
         && !machine.tiles().gsu.keeps_lists()
-        && machine.tiles().pixels.source == PixelSource::All;
+        && machine.tiles().pixels.source == PixelSource::All
+        && FirstUnit::of(machine, 1).is_empty();
     is_apart.then(|| format!("{:?}", CcuKey::of(machine, &ResolvedUnits::new(machine))))
 }
 
@@ -77,6 +79,7 @@ pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bo
         && shared.context.reuse.is_none()
         && shared.context.table.is_none()
         && shared.context.pixels.is_none()
+        && shared.context.first.is_empty()
         && !shared.observer.watches()
 }
 
