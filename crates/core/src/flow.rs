@@ -577,7 +577,7 @@ macro_rules! flow_tables {
 
             fn to_toml(&self) -> toml::Table {
                 let table = toml::Table::try_from(self);
-                let table = table.expect("tables of a machine have only tables, numbers and strings");
+                let table = table.expect("a machine has only tables, numbers and strings");
                 let lacks: &[&str] = &$lacks;
                 lacks.iter().fold(table, |table, key| $crate::machine::without_key(table, key))
             }

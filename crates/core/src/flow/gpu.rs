@@ -70,7 +70,7 @@ pub use tables::*;
 use attached::AttachedWork;
 use blocks::ThreadBlock;
 use cache::{FilterKey, Filtered, ListReads};
-use reproject::Moved;
+use reproject::MovedPixels;
 use rops::{CORNERS, DrawKey, Drawn};
 use stages::{
     ATTACHED, EXPONENTIAL, INSTRUCTION, L2, L2_HITS, L2_MISSES, LAUNCHING, LIVE, ROP, SLOTS, SM,
@@ -436,7 +436,7 @@ impl Kernels {
         let rendered: u64 = workload.tiles.iter().map(|tile| u64::from(tile.pixels)).sum();
         let whole = u64::from(workload.width) * u64::from(workload.height);
         let mut end = image + whole * m.pixel_bytes();
-        if let Some(moved) = some.and_then(|some| Moved::new(m, workload, some)) {
+        if let Some(moved) = some.and_then(|some| MovedPixels::new(m, workload, some)) {
             end = make.reproject(&moved, [image, end]);
         }
 
@@ -566,7 +566,7 @@ impl KernelMaker<'_> {
 
     /// Kernels that move the pixels of the frame before; `image` is where this one begins, and what
     /// is behind it. Returns where everything ends.
-    fn reproject(&mut self, moved: &Moved, [image, end]: [u64; 2]) -> u64 {
+    fn reproject(&mut self, moved: &MovedPixels, [image, end]: [u64; 2]) -> u64 {
         let [before, nearest] = moved.arrays;
         let places = [[end, end + before], [end + before, image]];
         for (i, place) in places.into_iter().enumerate() {

@@ -5,6 +5,7 @@
 //! makes another one of it, with what moves for that. Turned off it makes none.
 
 pub mod kept_order;
+pub mod levels;
 pub mod pixels;
 pub mod second_eye;
 
@@ -33,10 +34,10 @@ pub struct FirstUnit {
 }
 
 impl FirstUnit {
-    /// Those of a machine, in the order in which they act, for a frame of a scene of so many
+    /// Those of a machine, in the order in which they act, for a frame of a scene of `points`
     /// Gaussians.
-    pub fn of(_machine: &Machine, _points: u64) -> Vec<FirstUnit> {
-        Vec::new()
+    pub fn of(machine: &Machine, points: u64) -> Vec<FirstUnit> {
+        levels::first(machine, points).into_iter().collect()
     }
 
     /// Bytes that it reads and writes.

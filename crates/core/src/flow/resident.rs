@@ -33,8 +33,8 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Handed, History, Incompatible, RecordKeys,
     SimError, TablesDecl, Work, WorkKey,
 };
-use crate::flow::over::FirstUnit;
 use crate::flow::over::pixels::{self, PXU, PixelSource, SomeRegions};
+use crate::flow::over::{FirstUnit, levels};
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
 use crate::kernel::ledger::cycles;
@@ -71,6 +71,7 @@ pub const STAGES: &[&StageDecl] = &[
     &stages::TAIL_DECL,
     &stages::COMPOSE_DECL,
     &pixels::PIXELS,
+    &levels::LEVELS,
 ];
 
 /// The dataflow with its stages.
@@ -434,6 +435,7 @@ fn refer(reference: &mut Machine) {
     s.pixels.capacity.0 = 16 * region;
     s.tail.capacity = s.gaussians.capacity;
     m.pixels.per_cycle = 1 << 10;
+    m.levels.operations_per_cycle = 1 << 16;
 }
 
 /// What a run on its device says of a machine's memory, where that is `calibrated`.

@@ -35,9 +35,9 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
     Incompatible, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
-use crate::flow::over::FirstUnit;
 use crate::flow::over::kept_order::{KeptOrder, TableUse};
 use crate::flow::over::pixels::{self, SomePixels};
+use crate::flow::over::{FirstUnit, levels};
 use crate::kernel::calibration::CalibrationRecorder;
 use crate::kernel::stream::Streams;
 use crate::kernel::timeline::Observer;
@@ -82,6 +82,7 @@ pub const STAGES: &[&StageDecl] = &[
     &lists::LISTS,
     &colour::CODEBOOK,
     &colour::COLOUR,
+    &levels::LEVELS,
 ];
 
 /// The dataflow with its stages.

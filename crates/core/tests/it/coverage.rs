@@ -58,6 +58,7 @@ const ROWS: &[Row] = &[
     row(TILE, "cache", ON, &[]),
     row(TILE, "codebook", ON, &[]),
     row(TILE, "ccu.clusters", ON, &[]),
+    row(TILE, "levels", ON, &[]),
     row(TILE, "foveated frames", ON, &[]),
     row(TILE, "rules of one's own", ON, &[("on", "the built-in rules by that way, and laws")]),
     row(TILE, "dram.model", MODELS, &[]),
@@ -70,6 +71,7 @@ const ROWS: &[Row] = &[
     row(RESIDENT, "front.overlap", &["none", "frames"], &[]),
     row(RESIDENT, "raster.saturation", &["false", "true"], &[]),
     row(RESIDENT, "pixels.impl", &["all", "warped"], &[]),
+    row(RESIDENT, "levels", ON, &[]),
     row(RESIDENT, "training.interval above 0", ON, &[("on", "a twin of bytes and bounds")]),
     row(RESIDENT, "dram.model", MODELS, &[]),
     row(RESIDENT, "dram.second-master", ON, &[]),
@@ -128,6 +130,7 @@ fn tile_wise(machine: &Machine) -> Vec<Chosen> {
         ("cache", m.cache.is_there()),
         ("codebook", m.codebook.entries > 0),
         ("ccu.clusters", m.ccu.clusters > 0),
+        ("levels", m.levels.is_there()),
     ]));
     chosen.extend(memory(machine));
     chosen
@@ -161,6 +164,7 @@ fn of_resident(machine: &Machine) -> Vec<Chosen> {
     chosen.extend(on(&[
         ("region.slices above 1", m.region.slices > 1),
         ("tail", m.tail.share > 0.0),
+        ("levels", m.levels.is_there()),
         ("training.interval above 0", m.training.interval > 0),
     ]));
     chosen.extend(memory(machine));

@@ -106,7 +106,8 @@ const UNLIKE_ROPS: &[&str] = &[
 
 /// Machines with test units, with a unit between two eyes, with one that knows pixels, and with
 /// gradient units, which one with everything else cannot have.
-const UNLIKE_PARTS: [&[&str]; 4] = [
+const UNLIKE_PARTS: [&[&str]; 5] = [
+    &["levels.gaussians=16", "levels.operations-per-cycle=7"],
     &["vru.impl=leaders", "geometry.subtile=4", "vru.leaders-per-cycle=16", "fovea.accumulators=0"],
     &["stereo.impl=derived", "stereo.lag=8", "fovea.accumulators=0"],
     &["pixels.impl=warped", "pixels.per-cycle=4", "fovea.accumulators=0"],

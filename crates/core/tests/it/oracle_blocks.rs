@@ -3,7 +3,9 @@
 
 use std::collections::VecDeque;
 
+use powergs_core::flow::over::levels::LevelsSpec;
 use powergs_core::kernel::memory::Layout;
+use powergs_dram::AddressRange;
 
 use crate::oracle_memory::{Memory, Ticket};
 
@@ -24,6 +26,8 @@ pub struct Mover<P> {
     streams: [&'static str; 2],
     /// Items a cycle.
     rate: u64,
+    /// What it waits for where its bytes are on their way.
+    waits: char,
     blocks: Vec<Block<P>>,
     asked: usize,
     done: usize,
@@ -34,11 +38,44 @@ pub struct Mover<P> {
     writes: VecDeque<Ticket>,
 }
 
+/// The unit that traverses levels, where a machine has one: what it looks at for `points` Gaussians,
+/// from the words of the rule (A152).
+pub fn levels<P: Copy>(
+    spec: &LevelsSpec,
+    points: u64,
+    mut places: [u64; 2],
+    range: impl Fn(AddressRange) -> P,
+) -> Option<Mover<P>> {
+    if spec.gaussians == 0 {
+        return None;
+    }
+    let mut unit = Mover::new(["levels-in", "levels-out"], spec.operations_per_cycle.into());
+    unit.waits = 'r';
+    let cut = points.div_ceil(spec.gaussians.into());
+    let mut left = cut.div_ceil(spec.period.into());
+    // A fifth of the buffer for the one at work, and for each of four that are read ahead.
+    let most = (spec.buffer.capacity.0 / 5 / (spec.record.0 + spec.entry.0)).max(1);
+    while left > 0 {
+        let own = most.min(left);
+        let nodes = own + own.div_ceil(spec.children.into());
+        let bytes = [nodes * spec.record.0 + own * spec.entry.0, own * spec.entry.0];
+        let [read, write] = [0, 1].map(|way| {
+            let address = places[way];
+            places[way] += bytes[way];
+            (bytes[way], range(AddressRange { address, bytes: bytes[way] }))
+        });
+        unit.push(Block { items: nodes * u64::from(spec.operations), read, write });
+        left -= own;
+    }
+    Some(unit)
+}
+
 impl<P: Copy> Mover<P> {
     pub fn new(streams: [&'static str; 2], rate: u64) -> Mover<P> {
         Mover {
             streams,
             rate,
+            waits: 'f',
             blocks: Vec::new(),
             asked: 0,
             done: 0,
@@ -107,7 +144,7 @@ impl<P: Copy> Mover<P> {
             (Some(_), _) => char::from(b'0' + (self.done % 10) as u8),
             (None, true) => '.',
             (None, false) if !self.has_room() => 'o',
-            (None, false) => 'f',
+            (None, false) => self.waits,
         }
     }
 

@@ -285,6 +285,16 @@ const SLICES: [Choice; 6] = [
     ("stores.pixels.capacity", &["12 KiB", "24 KiB", "4 MiB"]),
 ];
 
+/// What those with levels of detail may differ in besides.
+const LEVELS: [Choice; 6] = [
+    ("levels.gaussians", &["1", "16", "512"]),
+    ("levels.children", &["2", "8"]),
+    ("levels.period", &["1", "3"]),
+    ("levels.operations", &["5", "48"]),
+    ("levels.operations-per-cycle", &["1", "48"]),
+    ("levels.entry", &["1 B", "40 B"]),
+];
+
 /// What those that move pixels may differ in besides.
 const PIXELS: [Choice; 6] = [
     ("pixels.impl", &["warped"]),
@@ -310,6 +320,9 @@ fn settings(dice: &mut Pcg64Mcg) -> Vec<String> {
     };
     let mut all: Vec<String> =
         CHOICES.iter().chain(more).map(|choice| draw(choice, dice)).collect();
+    if dice.random_range(0..3) == 0 {
+        all.extend(LEVELS.iter().map(|choice| draw(choice, dice)));
+    }
     if all.iter().any(|set| set == "region.cut=exact") {
         all.extend(ROWS.iter().map(|choice| draw(choice, dice)));
     }
@@ -440,9 +453,10 @@ fn machines_equal_the_cycle_by_cycle_oracle() {
     let mut reached: Vec<&str> = all.iter().flat_map(|one| one.split_whitespace()).collect();
     reached.sort_unstable();
     reached.dedup();
-    let expected = "compose:. compose:0 compose:z front:. front:0 front:o front:r order:. order:0 \
-                    order:l order:o order:s pxu:. pxu:0 pxu:f pxu:o raster:. raster:0 raster:f \
-                    raster:i raster:k raster:o raster:t raster:v raster:y tail:. tail:0 tail:f";
+    let expected = "compose:. compose:0 compose:z front:. front:0 front:o front:r ltu:. ltu:0 \
+                    ltu:o ltu:r order:. order:0 order:l order:o order:s pxu:. pxu:0 pxu:f pxu:o \
+                    raster:. raster:0 raster:f raster:i raster:k raster:o raster:t raster:v \
+                    raster:y tail:. tail:0 tail:f";
     assert_eq!(reached, expected.split(' ').collect::<Vec<_>>());
 }
 
@@ -522,6 +536,7 @@ fn it_keeps_the_laws() {
             &["training.interval=2", "training.densify=7"],
             &["training.interval=3", "training.update=visible", "dram.model=banked"],
             &["pixels.impl=warped", "pixels.holes=0.1", "region.width=16", "region.height=16"],
+            &["levels.gaussians=4", "levels.operations-per-cycle=1"],
             &["pixels.impl=warped", "pixels.holes=0.6", "pixels.period=2", "region.width=16"],
         ],
         frames: &frames,

@@ -40,7 +40,7 @@ const NEAREST: u64 = 8;
 
 /// What the kernels that move pixels do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Moved {
+pub struct MovedPixels {
     /// Warp instructions of each of both kernels.
     pub instructions: [u64; 2],
     /// Bytes that each reads and writes through the L2 cache.
@@ -51,9 +51,9 @@ pub struct Moved {
     pub arrays: [u64; 2],
 }
 
-impl Moved {
+impl MovedPixels {
     /// What is moved for a frame; `None` where it is rendered whole.
-    pub fn new(m: &Gpu, workload: &FrameWorkload, some: &SomePixels) -> Option<Moved> {
+    pub fn new(m: &Gpu, workload: &FrameWorkload, some: &SomePixels) -> Option<MovedPixels> {
         if m.pixels.source != PixelSource::Warped || some.made.is_none() {
             return None;
         }
@@ -66,7 +66,7 @@ impl Moved {
         let scattered = pixels * m.l2.sector.0;
         let stays = before + nearest <= m.l2.capacity.0;
         let in_memory = |bytes: u64| if stays { 0 } else { bytes };
-        Some(Moved {
+        Some(MovedPixels {
             instructions: [m.reproject.place, m.reproject.fill].map(|n| warps * u64::from(n)),
             l2: [[before + scattered, scattered], [nearest + moved * kept, moved * kept]],
             memory: [

@@ -289,7 +289,7 @@ impl SomeRegions {
             let [x, y] = [region % columns * side[0], region / columns * side[1]];
             (x, y, (x + side[0]).min(width), (y + side[1]).min(height))
         };
-        let size = |(x0, y0, x1, y1): Area| u64::from(x1 - x0) * u64::from(y1 - y0);
+        let size = |(x0, y0, x1, y1): (u32, u32, u32, u32)| u64::from(x1 - x0) * u64::from(y1 - y0);
         let missing: Vec<u32> =
             (0..columns * rows).into_par_iter().map(|region| warp.missing(area(region))).collect();
         let anew = |(region, missing): (u32, &u32)| {
@@ -338,10 +338,7 @@ impl SomeRegions {
     }
 }
 
-/// Left, top, right, bottom, half open.
-type Area = (u32, u32, u32, u32);
-
-/// Charges the unit with moving so many pixels.
+/// Charges the unit with moving pixels.
 fn charge_moved(pixels: u64, actions: &mut ActionCounts) {
     actions.charge(Phase::Rendering, WARP, pixels);
     actions.charge(Phase::Rendering, sram_read(KNOWN), pixels * COUNTER);

@@ -72,8 +72,8 @@ pub struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    /// Those of a frame on a machine with these units that act first, which moves so many bytes of
-    /// known pixels.
+    /// Those of a frame on a machine with these units that act first, which moves `known`
+    /// bytes of pixels that are known.
     pub fn new(
         frame: &'a ResidentFrame,
         machine: &'a Resident,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::work::RegionEntry;
 use crate::flow::lists::alignment_of;
+use crate::flow::over::levels::LevelsSpec;
 use crate::flow::over::pixels::{PixelFilter, PixelsSpec};
 use crate::machine::{BufferSpec, Machine, Ports};
 use powergs_base::quantity::Bytes;
@@ -35,6 +36,9 @@ pub struct Resident {
     /// What follows a frame that is trained on.
     #[serde(default)]
     pub training: TrainingSpec,
+    /// Levels of detail, and the unit that traverses them.
+    #[serde(default)]
+    pub levels: LevelsSpec,
     /// Which regions of a frame are rendered.
     #[serde(default)]
     pub pixels: PixelsSpec,
@@ -45,7 +49,7 @@ pub struct Resident {
 crate::flow::flow_tables!(
     Resident,
     super::ResidentFlow,
-    [region, gaussian, front, order, raster, tail, compose, training, pixels, stores],
+    [region, gaussian, front, order, raster, tail, compose, training, pixels, levels, stores],
     super::KEYS_NOT_BY_REGION
 );
 
@@ -324,8 +328,8 @@ impl Resident {
         self.pixels.filter(self.gaussian.pixel)
     }
 
-    /// The same with what is kept of finished pixels, for scenes of a degree: colours have the bytes of its coefficients, and lie as near
-    /// as the alignment of the others lets them.
+    /// The same with what is kept of finished pixels, for scenes of a degree: colours have the bytes
+    /// of its coefficients, and lie as near as the alignment of the others lets them.
     #[must_use]
     pub fn of_degree(&self, degree: ShDegree) -> Resident {
         let mut own = self.clone();

@@ -80,6 +80,7 @@ pub(super) fn refer(reference: &mut Machine) {
     // A look-up takes a cycle.
     (m.codebook.word, m.codebook.banks) = (m.codebook.entry, 1);
     m.pixels.per_cycle = 1 << 10;
+    m.levels.operations_per_cycle = 1 << 16;
     let (records, chunk) = (&m.record, u64::from(m.geometry.chunk));
     let all = records.position.0 + records.geometry.0 + records.colour.0;
     let feature = records.feature.0 + m.fovea.feature.0;

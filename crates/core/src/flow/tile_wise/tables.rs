@@ -13,6 +13,7 @@ use super::rules::UnitRules;
 pub use super::stereo::{StereoImpl, StereoSpec};
 pub use super::vru::{FoveaSpec, Termination, VruImpl, VruSpec};
 use crate::flow::lists::alignment_of;
+use crate::flow::over::levels::LevelsSpec;
 use crate::flow::over::pixels::PixelFilter;
 pub use crate::flow::over::pixels::{PixelSource, PixelsSpec, SamplePattern};
 pub use crate::flow::steps::TrainingSpec;
@@ -66,6 +67,9 @@ pub struct TileWise {
     /// How the second view of a pair is made.
     #[serde(default)]
     pub stereo: StereoSpec,
+    /// Levels of detail, and the unit that traverses them.
+    #[serde(default)]
+    pub levels: LevelsSpec,
     /// Which pixels are rendered, and where the others come from.
     #[serde(default)]
     pub pixels: PixelsSpec,
@@ -87,7 +91,7 @@ crate::flow::flow_tables!(
     super::TileWiseFlow,
     [
         geometry, record, codebook, ccu, gsu, vru, fovea, buffers, binning, cache, stereo, pixels,
-        training, gradients, schedule,
+        levels, training, gradients, schedule,
     ]
 );
 

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 const LESS_IS_BETTER: [&str; 3] = ["vru.recurrence", "vru.blend-stall", "gradients.sum-cycles"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 24] = [
+const FREE: [(&str, &str); 30] = [
     ("ccu.operations", "the work of a conversion, in somebody's count"),
     ("binning.pointer-size", "bytes in DRAM, and in buffers that have a price"),
     ("binning.line", "bytes that are written together, out of a buffer that has a price"),
@@ -25,6 +25,12 @@ const FREE: [(&str, &str); 24] = [
     ("fovea.feature", "as `record`"),
     ("training", "work of a step: paid for as work"),
     ("gradients.kept", "as `record`"),
+    ("levels.gaussians", "a property of the model"),
+    ("levels.children", "as `levels.gaussians`"),
+    ("levels.record", "as `record`"),
+    ("levels.entry", "as `record`"),
+    ("levels.period", "a policy"),
+    ("levels.operations", "as `ccu.operations`"),
     ("gradients.pixels", "an order of work; what is kept of it has a price"),
     ("ccu.latency", "depth of the published pipeline: what the clock makes of the logic"),
     ("gsu.qsu-latency", "as `ccu.latency`"),
@@ -42,7 +48,8 @@ const FREE: [(&str, &str); 24] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 20] = [
+const BASE: [&str; 21] = [
+    "levels.gaussians=64",
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",

@@ -136,7 +136,7 @@ fn tables_with_a_supply_that_cannot_be_are_refused() {
         let (a, b) = (text.find(from).expect(from), text.find(to).expect(to));
         EnergyTable::parse(&[&text[..a], &text[b..]].concat()).expect_err(from).to_string()
     };
-    let error = cut("[parts.colour]", "[phy]");
+    let error = cut("[parts.ltu]", "[phy]");
     assert!(error.contains("missing table [parts]") && error.contains("gscore-28nm"), "{error}");
     let error = cut("[phy]", "[supply]");
     assert!(error.contains("missing table [phy]"), "{error}");

@@ -55,6 +55,12 @@ pub fn machine(seed: u64) -> Machine {
         _ => train(&mut dice, &mut machine),
     }
     dice.cache(&mut machine);
+    if dice.roll(0, 3) == 0 {
+        let levels = &mut machine.tiles_mut().levels;
+        (levels.gaussians, levels.children) = (dice.pick(&[1, 16, 512]), dice.pick(&[2, 8]));
+        (levels.period, levels.operations) = (dice.roll(1, 3), dice.pick(&[5, 48]));
+        levels.operations_per_cycle = dice.pick(&[1, 48]);
+    }
     let m = machine.tiles_mut();
     m.record.position.0 = m.record.position.0.max(1);
     if m.ccu.fetch != Fetch::LazyColour && dice.roll(0, 2) > 0 {
@@ -348,7 +354,7 @@ fn compare(seed: u64) -> Vec<States> {
 fn modes_of_real_frames_are_those_of_the_oracle() {
     let all = (0..slow_or(CASES)).into_par_iter().flat_map_iter(compare);
     let all: Vec<States> = all.collect();
-    let expected = ["0rob.", "0lsiob.", "0lsiob.", "0lsfciob.", "0fo.", "0fio.", "0lsfi."];
+    let expected = ["0rob.", "0lsiob.", "0lsiob.", "0lsfciob.", "0fo.", "0fio.", "0lsfi.", "0ro."];
     assert_eq!(reached(&all), expected);
 }
 

@@ -10,6 +10,7 @@ pub mod subtiles;
 
 use std::collections::BTreeMap;
 
+use powergs_core::flow::over::FirstUnit;
 use powergs_core::flow::steps::StepPart;
 use powergs_core::flow::tile_wise::layout::{AccessPattern, Layout};
 use powergs_core::flow::tile_wise::schedule::Plan;
@@ -24,17 +25,18 @@ use self::converter::{Converter, Work};
 use self::core::Core;
 use self::gradients::{Gru, Step};
 use super::lanes;
-use crate::oracle_blocks::{Block, Mover};
+use crate::oracle_blocks::{Block, Mover, levels};
 use crate::oracle_memory;
 
 /// The memory of a frame.
 type Memory<'a> = oracle_memory::Memory<Layout<'a>>;
 
 /// Units with cycles, in the order of timelines.
-pub const UNITS: [&str; 7] = ["ccu", "qsu", "bsu", "vru", "pxu", "gru", "colour"];
+pub const UNITS: [&str; 8] = ["ccu", "qsu", "bsu", "vru", "pxu", "gru", "colour", "ltu"];
 const PXU: usize = 4;
 const GRU: usize = 5;
 const COLOUR: usize = 6;
+const LTU: usize = 7;
 
 /// What the oracle saw.
 #[derive(Debug, Default)]
@@ -78,6 +80,13 @@ impl Seen {
         let source = machine.tiles().pixels.source;
         if source == PixelSource::Cached {
             self.put(PXU, 0, '.');
+        }
+        self.put_levels(machine, '.');
+    }
+
+    fn put_levels(&mut self, machine: &Machine, symbol: char) {
+        if machine.tiles().levels.is_there() {
+            self.put(LTU, 0, symbol);
         }
     }
 
@@ -126,6 +135,9 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     if let Some(calibration) = given.calibration {
         design.dram = calibration.dram();
     }
+    let points = workload.counters.points;
+    let first = if given.derived { Vec::new() } else { FirstUnit::of(machine, points) };
+    let given = FrameContext { first: &first, ..given };
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.tiles().schedule.overlap == Overlap::Tiles;
     let (written, second_pass) = (BTreeMap::new(), u64::MAX);
@@ -158,12 +170,33 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     let mut grus: Vec<Gru> =
         step.iter().flat_map(|step| (0..n_cores).map(move |core| unit_of(step, core))).collect();
     let mut known = known(machine, &frame, &layout);
+    let places = layout.first().first().copied();
+    let mut traversal = places
+        .and_then(|places| levels(&machine.tiles().levels, points, places, AccessPattern::Run));
     let mut memory = oracle_memory::Memory::new(layout, &STREAMS, machine, design.dram);
     let mut seen = Seen::default();
     let mut converters: Vec<Converter> =
         (0..machine.tiles().ccu.units).map(|_| Converter::new()).collect();
     let mut cores: Vec<Core> = (0..n_cores).map(Core::new).collect();
     let (mut next_batch, mut next_job, mut now) = (0, 0, 0);
+    // Which Gaussians there are is not known before the levels have been traversed.
+    while let Some(unit) = &mut traversal {
+        unit.step(now, &mut memory);
+        if unit.is_done() {
+            break;
+        }
+        seen.put_others(machine);
+        if machine.tiles().pixels.source == PixelSource::Warped {
+            seen.put(PXU, 0, '.');
+        }
+        // In place of what others say of it.
+        seen.rows.entry((LTU, 0)).or_default().pop();
+        seen.put_levels(machine, unit.symbol());
+        seen.put_idle(GRU, grus.len());
+        unit.tick();
+        memory.tick(now);
+        now += 1;
+    }
     // What has to be rendered is not known before all pixels have been moved.
     if machine.tiles().pixels.source == PixelSource::Warped
         && let Some(unit) = &mut known
@@ -232,6 +265,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
             seen.put(PXU, 0, unit.symbol());
             unit.tick();
         }
+        seen.put_levels(machine, '.');
         for (i, unit) in grus.iter_mut().enumerate() {
             seen.put(GRU, i, unit.symbol());
             unit.tick();

@@ -1,6 +1,7 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_core::flow::Tables;
+use powergs_core::flow::over::levels::LevelsSpec;
 use powergs_core::flow::tile_wise::{DepthUpdate, PixelsSpec, StereoSpec};
 use powergs_core::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
@@ -82,6 +83,7 @@ fn unlinked() -> Machine {
         tables: Tables::new(TileWise {
             stereo: StereoSpec::default(),
             pixels: PixelsSpec::default(),
+            levels: LevelsSpec::default(),
             training: TrainingSpec::default(),
             gradients: GradientsSpec::default(),
             geometry: Geometry::REFERENCE,

@@ -8,6 +8,7 @@ mod order;
 
 use std::collections::BTreeMap;
 
+use powergs_core::flow::over::FirstUnit;
 use powergs_core::flow::over::pixels::SomeRegions;
 use powergs_core::flow::resident::layout::{Layout, Place};
 use powergs_core::flow::resident::work::ResidentFrame;
@@ -20,7 +21,7 @@ use powergs_dram::AddressRange;
 use self::engine::Engine;
 use self::front::Front;
 use self::order::Order;
-use crate::oracle_blocks::{Block, Mover};
+use crate::oracle_blocks::{Block, Mover, levels};
 use crate::oracle_memory::{self, Ticket};
 
 /// What the oracle saw.
@@ -34,7 +35,7 @@ pub struct Seen {
     pub write: [u64; 3],
 }
 
-const STAGES: [&str; 6] = ["pxu", "front", "order", "raster", "tail", "compose"];
+const STAGES: [&str; 7] = ["pxu", "ltu", "front", "order", "raster", "tail", "compose"];
 
 impl Seen {
     /// As `Timeline::draw`.
@@ -42,13 +43,13 @@ impl Seen {
         self.rows.iter().map(|((s, i), row)| format!("{}{i} |{row}\n", STAGES[*s])).collect()
     }
 
-    /// What knows pixels is first.
-    fn put_pixels(&mut self, symbol: char) {
-        self.rows.entry((0, 0)).or_default().push(symbol);
+    /// What knows pixels (0), and what traverses levels (1).
+    fn put_first(&mut self, which: usize, symbol: char) {
+        self.rows.entry((which, 0)).or_default().push(symbol);
     }
 
     fn put(&mut self, stage: usize, instance: usize, symbol: char) {
-        self.rows.entry((1 + stage, instance)).or_default().push(symbol);
+        self.rows.entry((2 + stage, instance)).or_default().push(symbol);
     }
 }
 
@@ -121,7 +122,11 @@ pub fn run(
     let known = blocks
         .iter()
         .fold([0; 2], |sum: [u64; 2], block| [sum[0] + block.read, sum[1] + block.write]);
-    let layout = Layout::new(frame, m, &[], known, None);
+    let points = frame.counters.points;
+    let firsts = FirstUnit::of(machine, points);
+    let layout = Layout::new(frame, m, &firsts, known, None);
+    let first_places = layout.first().first().copied().unwrap_or_default();
+    let mut traversal = levels(&m.levels, points, first_places, Place::Range);
     let mut mover = m.pixel_filter().map(|filter| {
         let mut unit = Mover::new(["known-in", "known-out"], filter.spec.per_cycle.into());
         let mut at = layout.known();
@@ -158,11 +163,21 @@ pub fn run(
     let idle = [fronts.len(), orders.len(), units, tails * units, composers * units];
     let (mut is_converted, overlaps) = (false, m.front.overlap == FrontOverlap::Frames);
     loop {
-        // Everything waits until the pixels of the frame before have been moved.
-        if let Some(unit) = &mut mover {
+        // Everything waits until the levels have been traversed, then until the pixels of the frame
+        // before have been moved.
+        let mut waits_for = None;
+        for (which, unit) in [(1, &mut traversal), (0, &mut mover)] {
+            let Some(unit) = unit.as_mut().filter(|_| waits_for.is_none()) else { continue };
             unit.step(world.now, &mut world.memory);
-            if !unit.is_done() {
-                seen.put_pixels(unit.symbol());
+            waits_for = (!unit.is_done()).then_some(which);
+        }
+        if let Some(which) = waits_for {
+            let other = [&mover, &traversal][1 - which].is_some();
+            if other {
+                seen.put_first(1 - which, '.');
+            }
+            if let Some(unit) = [&mut mover, &mut traversal][which].as_mut() {
+                seen.put_first(which, unit.symbol());
                 for (kind, units) in idle.into_iter().enumerate() {
                     (0..units).for_each(|i| seen.put(kind, i, '.'));
                 }
@@ -186,8 +201,10 @@ pub fn run(
                 break;
             }
         }
-        if mover.is_some() {
-            seen.put_pixels('.');
+        for (which, unit) in [&mover, &traversal].into_iter().enumerate() {
+            if unit.is_some() {
+                seen.put_first(which, '.');
+            }
         }
         for (i, unit) in fronts.iter().enumerate() {
             let symbol = match world.converts {

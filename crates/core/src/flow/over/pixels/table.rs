@@ -59,12 +59,12 @@ impl PixelsSpec {
         self.source == PixelSource::Sampled && self.filter
     }
 
-    /// Which pixels are rendered of pictures of so many bytes a pixel; `None` where all are.
+    /// Which pixels are rendered of pictures of `pixel` bytes a pixel; `None` where all are.
     pub fn filter(&self, pixel: Bytes) -> Option<PixelFilter<'_>> {
         (self.source != PixelSource::All).then_some(PixelFilter { spec: self, pixel })
     }
 
-    /// Whether so many frames show what a machine does.
+    /// Whether a number of frames shows what a machine does.
     ///
     /// # Errors
     /// Pixels that are moved from frame to frame, and one frame only.
@@ -88,7 +88,7 @@ impl PixelsSpec {
         self.fits_image(machine, [workload.width, workload.height], workload.tiles.len())
     }
 
-    /// The same for an image in so many tiles.
+    /// The same for an image in a number of tiles.
     ///
     /// # Errors
     /// As there.
