@@ -1,13 +1,18 @@
 //! `arch`: lists, shows and checks machine files, energy tables, display presets, DRAM devices,
 //! sweeps and presets of synthetic scenes.
 
+use std::path::{Path, PathBuf};
+
 use serde_json::Value;
 
+use super::chart_args::{self, ChartArgs};
 use super::failure::ConfigUsage;
+use super::output_file::{self, Overwrite};
 use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::schema_with_base;
 use powergs_base::config::{ConfigError, Embedded, key_docs, knob, layer, schema_of};
+use powergs_chart::Format;
 use powergs_core::machine::Machine;
 use powergs_core::run::ConfigText;
 use powergs_core::run::RunError;
@@ -16,6 +21,7 @@ use powergs_core::stage::EnergyTable;
 use powergs_dram::Device;
 use powergs_frame::display::Display;
 use powergs_report::document::{Cell, Column, Document, Shown, Table};
+use powergs_report::machine;
 use powergs_report::schema::schema as report_schema;
 use powergs_scene::synth::Preset;
 use powergs_study::sweep::file::SweepFile;
@@ -34,6 +40,7 @@ Examples:
   powergs-sim arch show gscore > mine.toml
   powergs-sim arch show gscore --set vru.cores=8 --set clock=800MHz
   powergs-sim arch show neo --resolved
+  powergs-sim arch show gscore --figure -o gscore.svg
   powergs-sim arch diff gscore neo
   powergs-sim arch check mine.toml
   powergs-sim arch schema machine > machine.json
@@ -69,6 +76,18 @@ pub enum Verb {
         /// Area and peak power of its blocks instead of the file
         #[arg(long, conflicts_with = "resolved")]
         cost: bool,
+        /// A block diagram instead of the file: units, buffers, reads and writes, DRAM
+        #[arg(long, conflicts_with_all = ["resolved", "cost"])]
+        figure: bool,
+        /// Where the diagram goes: a .svg, .png or .pdf file [default: NAME.svg]
+        #[arg(long, short, value_name = "FILE", requires = "figure")]
+        output: Option<PathBuf>,
+        /// Whether it is replaced.
+        #[command(flatten)]
+        overwrite: Overwrite,
+        /// How it is drawn.
+        #[command(flatten)]
+        charts: ChartArgs,
     },
     /// Print the keys in which two files of one kind differ
     Diff {
@@ -163,6 +182,18 @@ pub fn run(args: &ArchArgs, context: &Context) -> Result<Exit, Failure> {
     match &args.verb {
         Verb::List => list(context),
         Verb::Show { arch, sets, cost: true, .. } => show_cost(arch, sets, context),
+        Verb::Show { arch, sets, figure: true, output, overwrite, charts, .. } => {
+            let default = || {
+                let stem = Path::new(arch).file_stem().unwrap_or_default();
+                Path::new(stem).with_extension(Format::Svg.ending())
+            };
+            let path = output.clone().unwrap_or_else(default);
+            overwrite.check(&path)?;
+            let system = inputs::system(arch, sets, None)?;
+            chart_args::write(&path, &machine::chart(system.machine()), charts.style())?;
+            output_file::say(&path, format!("diagram of {}", system.machine().name), context)?;
+            Ok(Exit::Done)
+        }
         Verb::Show { arch, sets, resolved, .. } => show(arch, sets, *resolved, context),
         Verb::Diff { a, b } => diff::run(a, b, context),
         Verb::Check { files, sets } => check::run(files, sets, context),

@@ -1,6 +1,10 @@
 //! How charts are drawn: the flags of every command that draws.
 
-use powergs_chart::{Format, Sheet, Style};
+use std::path::Path;
+
+use super::{Exit, Failure, OrExit};
+use powergs_chart::{Chart, Format, Sheet, Style};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::Drawing;
 
 /// How charts are drawn.
@@ -62,4 +66,18 @@ impl ChartArgs {
         });
         Drawing { style: self.style(), formats: formats.collect() }
     }
+}
+
+/// Writes one chart, in the format of the ending of its file.
+///
+/// # Errors
+/// Exit code 2 for an ending that is no format of charts; a file that cannot be written.
+pub fn write(path: &Path, chart: &Chart, style: Style) -> Result<(), Failure> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let Some(format) = Format::of_ending(&ending) else {
+        let what = format!("{}: a chart is a .png, .svg or .pdf file", path.display());
+        return Err(Failure::new(Exit::Usage, what));
+    };
+    let bytes = format.file(chart, style).or_exit(Exit::Internal, path.display())?;
+    Ok(write_atomically(path, |w| w.write_all(&bytes))?)
 }

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::chart_args::ChartArgs;
+use super::chart_args::{self, ChartArgs};
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::format::counted;
-use powergs_chart::{Format, Style};
-use powergs_core::run::store::atomic::write_atomically;
+use powergs_chart::Style;
 use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
 use powergs_report as report;
 
@@ -63,13 +62,7 @@ pub fn run(args: &FitArgs, context: &Context) -> Result<Exit, Failure> {
 fn draw(path: &Path, fitted: &Fit, samples: &Path, style: Style) -> Result<(), Failure> {
     let title = samples.file_stem().unwrap_or_default().to_string_lossy();
     let drawing = report::fit::chart(fitted, &title);
-    let ending = path.extension().unwrap_or_default().to_string_lossy();
-    let Some(format) = Format::of_ending(&ending) else {
-        let what = format!("{}: a chart is a .png, .svg or .pdf file", path.display());
-        return Err(Failure::new(Exit::Usage, what));
-    };
-    let bytes = format.file(&drawing, style).or_exit(Exit::Internal, path.display())?;
-    Ok(write_atomically(path, |w| w.write_all(&bytes))?)
+    chart_args::write(path, &drawing, style)
 }
 
 /// The worse of two values; `None` if one is missing.

@@ -3,12 +3,14 @@
 
 mod axis;
 mod colour;
+mod diagram;
 mod mark;
 pub mod render;
 mod scheme;
 mod style;
 pub use axis::{Axis, Name, Scale, Ticks, ends, label as tick_label};
 pub use colour::Colour;
+pub use diagram::{Diagram, DiagramBlock};
 pub use mark::{
     Bar, Bin, Cell, Form, Gauge, Label, Line, Mark, Part, Place, Points, Rule, Side, Size, Span,
     Weight,
@@ -32,6 +34,8 @@ pub struct Chart {
     pub legend: Vec<Vec<Entry>>,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
+    /// A block diagram in place of panels.
+    pub diagram: Option<Diagram>,
     /// Number of panels side by side.
     pub columns: Columns,
     /// What explains them in a column at the right.
@@ -58,6 +62,7 @@ impl Chart {
             subtitle: subtitle.into(),
             legend: Vec::new(),
             panels: Vec::new(),
+            diagram: None,
             columns: Columns::Are(1),
             beside: Vec::new(),
             notes: Vec::new(),

@@ -5,6 +5,7 @@
 mod backend;
 mod beside;
 mod coord;
+mod diagram;
 mod font;
 pub mod labels;
 mod legend;

@@ -14,6 +14,7 @@ pub mod explain;
 pub mod fit;
 pub mod json;
 pub mod limits;
+pub mod machine;
 pub mod optimize;
 pub mod page;
 pub mod perfetto;

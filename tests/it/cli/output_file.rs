@@ -34,6 +34,7 @@ fn nothing_is_replaced_without_force() {
         ("trace repair t.bin -o @", "y.bin"),
         ("filter p.png --gaze 0.5,0.5 -o @", "y.png"),
         ("fit s.csv -o @", "y.svg"),
+        ("arch show gscore --figure -o @", "gscore.pdf"),
         ("replay t.bin --out r --force --dump-dram @", "dram.txt"),
     ] {
         let command = command.replace('@', file);

@@ -42,6 +42,10 @@ fn show_prints_the_file_or_what_a_run_would_use() {
     let unknown = program(&["arch", "show", "gscor"]).assert().code(2);
     unknown.stderr(contains("did you mean `gscore`?").and(contains("edge")));
     program(&["arch", "show", "no/such.toml"]).assert().code(2).stderr(contains("no/such.toml"));
+    let unknown = program(&["arch", "show", "gscor", "--figure", "-o", "x.svg"]).assert().code(2);
+    unknown.stderr(contains("gscore"));
+    let ending = program(&["arch", "show", "gscore", "--figure", "-o", "x.gif"]).assert().code(2);
+    ending.stderr(contains("x.gif: a chart is a .png, .svg or .pdf file"));
 }
 
 #[test]

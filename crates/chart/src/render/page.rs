@@ -23,6 +23,10 @@ pub(crate) fn draw(page: &Page, chart: &Chart) -> Result<f64, String> {
     let first = head(page, chart);
     let after = legend::rows(page, &shown::legend(chart), first)?;
     let top = if after > first { after - 6.0 } else { first - 14.0 };
+    if let Some(diagram) = &chart.diagram {
+        let end = super::diagram::draw(page, diagram, top)?;
+        return notes_below(page, &chart.notes, end);
+    }
     match page.frame.height {
         Some(height) => wide(page, chart, top, height),
         None => narrow(page, chart, top),
@@ -95,8 +99,13 @@ fn narrow(page: &Page, chart: &Chart, top: f64) -> Result<f64, String> {
         panel::draw(page, panel, grid.plot(i, panel), grid.edges(i))?;
     }
     let end = if panels.is_empty() { top } else { grid.end() };
-    let mut y = beside::below(page, &chart.beside, end + 6.0)?;
-    for line in &chart.notes {
+    notes_below(page, &chart.notes, beside::below(page, &chart.beside, end + 6.0)?)
+}
+
+/// Draws the notes of a page that is as high as what is on it; returns where they end.
+fn notes_below(page: &Page, notes: &[Vec<Words>], mut y: f64) -> Result<f64, String> {
+    let right = page.frame.right;
+    for line in notes {
         let bold = line.iter().any(|w| w.bold);
         let room = right - page.frame.left;
         // Words of different colours stay apart, one behind the other.

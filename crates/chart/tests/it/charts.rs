@@ -3,9 +3,9 @@
 use powergs_chart::render::labels::{Obstacles, Wish, crosses, leader, meet, overlap, place};
 use powergs_chart::render::scene::{HINTS, Shape};
 use powergs_chart::{
-    Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Gauge, Label, Line, Mark,
-    Name, Panel, Part, Place, Points, Rule, Scale, Sheet, Side, Size, Span, Style, Symbol, Weight,
-    Words,
+    Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Diagram, DiagramBlock, Entry, Form,
+    Gauge, Label, Line, Mark, Name, Panel, Part, Place, Points, Rule, Scale, Sheet, Side, Size,
+    Span, Style, Symbol, Weight, Words,
 };
 use powergs_pixels::{Limits, RgbImage, Samples, decode};
 
@@ -509,4 +509,49 @@ fn of_a_crowd_the_uppermost_marks_speak() {
     let hints = chart.scene(Style::default()).expect("a page").hints;
     assert_eq!(hints.len(), HINTS);
     assert_eq!(hints.last().map(|hint| hint.words.as_str()), Some("99.5 · 99.5"));
+}
+
+#[test]
+fn arrows_of_a_diagram_pass_what_is_between_their_ends() {
+    let block = |after| DiagramBlock {
+        title: "a block".into(),
+        lines: vec!["with a line that is so long that it has to be wrapped ".repeat(4)],
+        colour: Colour::SKY,
+        is_part: false,
+        after,
+        reads: "reads".into(),
+        writes: String::new(),
+        stores: vec![["store".into(), "1 KiB".into()]],
+    };
+    let mut chart = Chart::new("machine", "a diagram", "of blocks");
+    chart.diagram = Some(Diagram {
+        memory: ["DRAM".into(), "1 channel".into()],
+        blocks: vec![block(None), block(Some(0)), block(Some(0)), block(Some(0))],
+    });
+    for sheet in Sheet::ALL {
+        let scene = chart.scene(Style { sheet, title: true }).unwrap();
+        let boxes: Vec<[f64; 4]> = scene.shapes.iter().filter_map(outline).collect();
+        // The memory and four blocks; the paths to the last two of them have lanes of their own.
+        assert_eq!(boxes.len(), 5, "{sheet:?}");
+        let right = boxes.iter().map(|b| b[2]).fold(0.0, f64::max);
+        let paths = scene.shapes.iter().filter_map(|shape| match shape {
+            Shape::Line { points, .. } if points.len() == 4 => Some(points.clone()),
+            _ => None,
+        });
+        let lanes: Vec<f64> = paths.map(|points| points[1].0).collect();
+        assert_eq!(lanes.len(), 2, "{sheet:?}");
+        assert!(lanes[0] != lanes[1], "{sheet:?}: two paths in one lane");
+        let is_free = |x: &f64| *x > right && *x < scene.size.0;
+        assert!(lanes.iter().all(is_free), "{sheet:?}: {lanes:?} right of {right}");
+    }
+}
+
+/// The corners of a closed line around a box.
+fn outline(shape: &Shape) -> Option<[f64; 4]> {
+    match shape {
+        Shape::Line { points, .. } if points.len() == 5 && points[0] == points[4] => {
+            Some([points[0].0, points[0].1, points[2].0, points[2].1])
+        }
+        _ => None,
+    }
 }

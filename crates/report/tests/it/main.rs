@@ -9,6 +9,7 @@ mod foveated;
 pub mod foveated_run;
 mod json;
 mod limits;
+mod machine;
 mod regressions;
 mod results;
 mod statistics;
