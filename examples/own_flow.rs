@@ -127,7 +127,8 @@ impl Dataflow for UnsortedFlow {
         let BlenderSpec { tile, lanes, .. } = *machine.of_type::<BlenderSpec>();
         // Its pixels go through no banks that could hold a step up.
         let (words, banks) = (0, 1);
-        RegionShape { width: tile, height: tile, cut: Cut::Box, lanes, words, banks }.key()
+        RegionShape { width: tile, height: tile, cut: Cut::Box, lanes, words, banks, depths: false }
+            .key()
     }
 
     fn run(

@@ -323,9 +323,7 @@ pub fn replay_with(
     );
     assert_eq!(workload.detail, machine.tiles().detail(), "and of what else they need");
     let mut units = ResolvedUnits::for_frame(machine, workload);
-    // A second eye that is made of the first one has the Gaussians of its frame.
-    let points = workload.counters.points;
-    let first = if context.derived { Vec::new() } else { FirstUnit::of(machine, points) };
+    let first = first_units(workload, machine, &context);
     let context = FrameContext { first: &first, ..context };
     let lists = machine.tiles().list_shape().filter(|_| !context.derived);
     let lists = lists.map(|shape| memo.get(shape, |shape| ListWrites::new(workload, *shape)));
@@ -367,6 +365,19 @@ pub fn replay_with(
     }
 }
 
+/// Units that are done before anything else of a frame begins. A second eye that is made of the
+/// first one has the Gaussians of its frame.
+fn first_units(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    context: &FrameContext,
+) -> Vec<FirstUnit> {
+    match context.derived {
+        true => Vec::new(),
+        false => FirstUnit::of(machine, workload.counters.points),
+    }
+}
+
 /// What the `calibrated` model of the memory of a machine knows of a frame; `None` with another
 /// model. The context has the lists of the frame, where the machine makes them.
 pub fn calibration(
@@ -376,7 +387,10 @@ pub fn calibration(
     memo: &Memo,
 ) -> Option<Arc<Calibration>> {
     let run = |reference: &Machine, recorder: &mut CalibrationRecorder| {
-        reference::measure(workload, reference, context, memo, recorder)
+        // Its own, whose arithmetic takes no time.
+        let first = first_units(workload, reference, context);
+        let context = FrameContext { first: &first, ..*context };
+        reference::measure(workload, reference, &context, memo, recorder)
     };
     Reference::calibration(machine, memo, reference::refer, run, &STREAMS)
 }

@@ -38,8 +38,8 @@ pub struct Mover<P> {
     writes: VecDeque<Ticket>,
 }
 
-/// The unit that traverses levels, where a machine has one: what it looks at for `points` Gaussians,
-/// from the words of the rule (A152).
+/// The unit that traverses levels, where a machine has one: what it looks at for `points`
+/// Gaussians, from the words of the rule (A152).
 pub fn levels<P: Copy>(
     spec: &LevelsSpec,
     points: u64,

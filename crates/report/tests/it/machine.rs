@@ -18,11 +18,11 @@ fn machines() -> impl Iterator<Item = (Machine, Chart)> {
 }
 
 fn texts(scene: &Scene) -> Vec<&Text> {
-    let text = |shape| match shape {
-        &Shape::Text(ref text) => Some(text),
+    let texts = scene.shapes.iter().filter_map(|shape| match shape {
+        Shape::Text(text) => Some(text),
         _ => None,
-    };
-    scene.shapes.iter().filter_map(text).collect()
+    });
+    texts.collect()
 }
 
 #[test]

@@ -328,8 +328,8 @@ impl Resident {
         self.pixels.filter(self.gaussian.pixel)
     }
 
-    /// The same with what is kept of finished pixels, for scenes of a degree: colours have the bytes
-    /// of its coefficients, and lie as near as the alignment of the others lets them.
+    /// The same with what is kept of finished pixels, for scenes of a degree: colours have the
+    /// bytes of its coefficients, and lie as near as the alignment of the others lets them.
     #[must_use]
     pub fn of_degree(&self, degree: ShDegree) -> Resident {
         let mut own = self.clone();

@@ -43,6 +43,8 @@ const LTU: usize = 7;
 pub struct Seen {
     /// One character per cycle by unit and instance, as `Timeline::draw`.
     pub rows: BTreeMap<(usize, usize), String>,
+    /// Whether a unit traverses levels.
+    has_levels: bool,
     pub preprocessing_end: u64,
     /// When the frame was rendered, and when each part of a step behind it ended.
     pub rendered: u64,
@@ -81,11 +83,11 @@ impl Seen {
         if source == PixelSource::Cached {
             self.put(PXU, 0, '.');
         }
-        self.put_levels(machine, '.');
+        self.put_levels('.');
     }
 
-    fn put_levels(&mut self, machine: &Machine, symbol: char) {
-        if machine.tiles().levels.is_there() {
+    fn put_levels(&mut self, symbol: char) {
+        if self.has_levels {
             self.put(LTU, 0, symbol);
         }
     }
@@ -174,7 +176,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     let mut traversal = places
         .and_then(|places| levels(&machine.tiles().levels, points, places, AccessPattern::Run));
     let mut memory = oracle_memory::Memory::new(layout, &STREAMS, machine, design.dram);
-    let mut seen = Seen::default();
+    let mut seen = Seen { has_levels: traversal.is_some(), ..Seen::default() };
     let mut converters: Vec<Converter> =
         (0..machine.tiles().ccu.units).map(|_| Converter::new()).collect();
     let mut cores: Vec<Core> = (0..n_cores).map(Core::new).collect();
@@ -191,7 +193,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
         }
         // In place of what others say of it.
         seen.rows.entry((LTU, 0)).or_default().pop();
-        seen.put_levels(machine, unit.symbol());
+        seen.put_levels(unit.symbol());
         seen.put_idle(GRU, grus.len());
         unit.tick();
         memory.tick(now);
@@ -265,7 +267,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
             seen.put(PXU, 0, unit.symbol());
             unit.tick();
         }
-        seen.put_levels(machine, '.');
+        seen.put_levels('.');
         for (i, unit) in grus.iter_mut().enumerate() {
             seen.put(GRU, i, unit.symbol());
             unit.tick();
