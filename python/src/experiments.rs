@@ -24,7 +24,7 @@ use powergs_dram::address_trace::Requests;
 use powergs_dram::stream::run_stream;
 use powergs_dram::{Device, Mode};
 use powergs_report as report;
-use powergs_study::findings::compare::{Comparison as Compared, Side};
+use powergs_study::findings::compare::{Across, Comparison as Compared, Decision, Limits, Side};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
 use powergs_study::validate::run::{MEMORY, steps, value};
@@ -60,20 +60,26 @@ pub struct Comparison {
 
 impl Comparison {
     /// Of one comparison per trace.
-    fn of(all: &[Compared], names: &[String]) -> Result<Comparison, Fault> {
+    fn of(all: &[Compared], names: &[String], limits: &Limits) -> Result<Comparison, Fault> {
         let first = &all[0];
+        let decision = Decision::of(all, limits);
+        let decision = decision.map_err(|e| Fault::config(format!("where: {e}")))?;
+        let decided = report::compare::Decided { decision: &decision, limits };
         let speedup = SpeedUp::of_comparisons(all);
         let (charts, page, json) = match &speedup {
             None => {
-                let charts = report::compare::charts(first, None);
-                let page = report::compare::document(first, &charts, None);
+                let charts = report::compare::charts(first, limits.budget_w);
+                let page = report::compare::document(first, decided, &charts, None);
                 (charts, page, report::compare::json(first))
             }
             Some(speedup) => {
                 let of = format!("{} traces", all.len());
                 let chart = report::speedup::chart(speedup, of);
-                let charts = vec![chart, report::compare::breakdown(all, &speedup.traces)];
-                let page = report::compare::document_of(all, speedup, &charts, None);
+                let decision = report::compare::decision_chart(all, decided, &speedup.traces);
+                let breakdown = report::compare::breakdown(all, &speedup.traces);
+                let mut charts = vec![decision, chart, breakdown];
+                charts.extend(report::compare::steps_chart(all, &speedup.traces));
+                let page = report::compare::document_of(all, decided, speedup, &charts, None);
                 let each: Vec<Json> = all.iter().map(report::compare::json).collect();
                 let speedup = report::speedup::json(speedup);
                 (charts, page, serde_json::json!({ "speedup": speedup, "traces": each }))
@@ -171,13 +177,17 @@ impl Comparison {
 ///
 /// ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
 /// ``at_least`` the others must have that many times the frame rate of the first. Areas and
-/// energies of different technology nodes have ratios only with ``across_nodes``.
+/// energies of different technology nodes have ratios only with ``across_nodes``, times and energies
+/// of different tasks only with ``across_tasks``. ``budget_w``, ``latency_ms`` and ``where`` (a
+/// condition such as ``"area_mm2.total <= 4"``) are what machines must meet besides the display rate.
 ///
 /// Raises ``GoalMissed`` where they have not.
 #[pyfunction]
 #[pyo3(signature = (
-    machines, trace, *, fps=60.0, at_least=None, across_nodes=false, progress=None
+    machines, trace, *, fps=60.0, at_least=None, across_nodes=false, across_tasks=false,
+    budget_w=None, latency_ms=None, r#where=None, progress=None
 ))]
+#[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn compare(
     py: Python<'_>,
     machines: Vec<Bound<'_, PyAny>>,
@@ -185,6 +195,10 @@ pub fn compare(
     fps: f64,
     at_least: Option<f64>,
     across_nodes: bool,
+    across_tasks: bool,
+    budget_w: Option<f64>,
+    latency_ms: Option<f64>,
+    r#where: Option<&str>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Comparison> {
     if machines.len() < 2 {
@@ -194,6 +208,10 @@ pub fn compare(
         return Err(Fault::config("at_least: a number above zero").raise());
     }
     let fps = display_rate(fps)?;
+    let condition = r#where.map(str::parse).transpose();
+    let condition = condition.map_err(|e| Fault::config(format!("where: {e}")).raise())?;
+    let limits = Limits { budget_w, latency_ms, condition };
+    let across = Across { nodes: across_nodes, tasks: across_tasks };
     let mut systems: Vec<System> = Vec::new();
     for machine in &machines {
         systems.push((*Machine::from_argument(machine, None)?.system()).clone());
@@ -216,9 +234,9 @@ pub fn compare(
             let runs = on_each(&systems, fps, frames, None, shared)?;
             let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
             let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
-            all.push(Compared::new(sides, across_nodes));
+            all.push(Compared::new(sides, across));
         }
-        Comparison::of(&all, &names)
+        Comparison::of(&all, &names, &limits)
     })?;
     match (at_least, found.least_speedup) {
         (Some(wanted), Some(least)) if least < wanted => {

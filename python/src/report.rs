@@ -58,6 +58,7 @@ impl Live {
                 Target::Paper(model) => Ran::Paper(model),
             };
             let replay = Replay {
+                latency_ms: None,
                 target,
                 display_fps,
                 what_if_frames,

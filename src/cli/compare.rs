@@ -20,10 +20,12 @@ use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Watts;
 use powergs_core::run::{System, SystemSpec, TraceFile};
+use powergs_report::compare::Decided;
 use powergs_report::{Drawing, compare, speedup};
-use powergs_study::findings::compare::{Comparison, Side};
+use powergs_study::findings::compare::{Across, Comparison, Decision, Limits, Side};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
+use powergs_study::sweep::expr::Expr;
 
 /// Shown under `compare --help`.
 pub const EXAMPLES: &str = "\
@@ -35,6 +37,8 @@ Examples:
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
   powergs-sim compare gscore mine.toml --workloads lego,train,garden
   powergs-sim compare gscore --all-machines --workloads standard
+  powergs-sim compare gscore gcc room.bin snow.bin --fps 90 --budget 1.2W --latency 20ms
+  powergs-sim compare gsarch vorion-train orin-nx-train fox.bin
 
 The first machine (or report) is what the others are compared with.";
 
@@ -62,12 +66,21 @@ pub struct CompareCommandArgs {
     /// What of the traces is simulated.
     #[command(flatten)]
     pub shown: TraceArgs,
-    /// Draw a line at this power in the charts: 1.5W, 800mW
+    /// Who draws more at the display rate does not meet what is asked for; a line at this
+    /// power in the charts: 1.5W, 800mW
     #[arg(long, value_name = "POWER", value_parser = watts)]
     pub budget: Option<Watts>,
-    /// Put areas, energies and powers of different technology nodes into ratios
+    /// Nor does one for which this does not hold: 'area_mm2.total <= 4 && dram.busy_frac.max < 0.9'
+    /// (`docs/results.md` has the names)
+    #[arg(long = "where", value_name = "CONDITION")]
+    pub condition: Option<Expr>,
+    /// Put areas, energies and powers of different technology nodes into ratios, and energies
+    /// and powers of blocks and of whole modules
     #[arg(long)]
     pub across_nodes: bool,
+    /// Put times and energies of rendering, training and tracking into ratios
+    #[arg(long)]
+    pub across_tasks: bool,
     /// Exit with code 1 if any other side has less than RATIO times the frame rate of
     /// the first
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
@@ -75,6 +88,9 @@ pub struct CompareCommandArgs {
     /// Where the report goes.
     #[command(flatten)]
     pub report: ReportArgs,
+    /// Display: a preset of `arch-configs/display`, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_DISPLAY)]
+    pub display: String,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
@@ -115,12 +131,20 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
     } else {
         simulated(args, context)?
     };
+    let across = Across { nodes: args.across_nodes, tasks: args.across_tasks };
     let all: Vec<Comparison> =
-        traces.into_iter().map(|sides| Comparison::new(sides, args.across_nodes)).collect();
+        traces.into_iter().map(|sides| Comparison::new(sides, across)).collect();
     let Some(comparison) = all.first() else {
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     };
+    let limits = Limits {
+        budget_w: args.budget.map(|watts| watts.0),
+        latency_ms: args.shown.latency_ms(),
+        condition: args.condition.clone(),
+    };
+    let decision = Decision::of(&all, &limits).or_exit(Exit::Usage, "--where")?;
+    let decided = Decided { decision: &decision, limits: &limits };
     let speedup = SpeedUp::of_comparisons(&all);
     let labels = comparison.labels();
     let folder = match given {
@@ -133,8 +157,8 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
         },
     };
     match &speedup {
-        Some(speedup) => write_all(&folder, &all, speedup, &context.drawing)?,
-        None => write(args, &folder, comparison, &context.drawing)?,
+        Some(speedup) => write_all(&folder, &all, decided, speedup, &context.drawing)?,
+        None => write(&folder, comparison, decided, &context.drawing)?,
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
@@ -142,15 +166,24 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
         match &speedup {
             Some(speedup) => {
                 let each: Vec<_> = all.iter().map(compare::json).collect();
-                out::json(&json!({ "speedup": speedup::json(speedup), "traces": each }))?;
+                let speedup_json = speedup::json(speedup);
+                let decision = compare::decision_json(&all, &decision, &speedup.traces);
+                out::json(&json!({
+                    "decision": decision, "speedup": speedup_json, "traces": each,
+                }))?;
             }
-            None => out::json(&compare::json(comparison))?,
+            None => {
+                let trace = std::slice::from_ref(&comparison.sides[0].trace);
+                let mut found = compare::json(comparison);
+                found["decision"] = compare::decision_json(&all, &decision, trace);
+                out::json(&found)?;
+            }
         }
     } else if !context.global.quiet {
         let path = path.display().to_string();
         let page = match &speedup {
-            Some(speedup) => compare::document_of(&all, speedup, &[], Some(&path)),
-            None => compare::document(comparison, &[], Some(&path)),
+            Some(speedup) => compare::document_of(&all, decided, speedup, &[], Some(&path)),
+            None => compare::document(comparison, decided, &[], Some(&path)),
         };
         out::document(&page)?;
     }
@@ -187,16 +220,19 @@ fn goal(args: &CompareCommandArgs, comparison: &Comparison) -> Result<Exit, Fail
 }
 
 fn write(
-    args: &CompareCommandArgs,
     folder: &RunFolder,
     comparison: &Comparison,
+    decided: Decided<'_>,
     drawing: &Drawing,
 ) -> Result<(), Failure> {
     let record = compare::run_toml(comparison).or_exit(Exit::Internal, "run.toml")?;
     folder.write("run.toml", record.as_bytes())?;
     folder.write("compare.csv", &compare::compare_csv(comparison))?;
-    let charts = compare::charts(comparison, args.budget.map(|watts| watts.0));
-    folder.write_pages(&compare::document(comparison, &charts, None), drawing)?;
+    let (one, trace) = (std::slice::from_ref(comparison), &comparison.sides[0].trace);
+    let table = compare::decision_csv(one, decided.decision, std::slice::from_ref(trace));
+    folder.write("decision.csv", &table)?;
+    let charts = compare::charts(comparison, decided.limits.budget_w);
+    folder.write_pages(&compare::document(comparison, decided, &charts, None), drawing)?;
     folder.write_charts(&charts, drawing)
 }
 
@@ -204,6 +240,7 @@ fn write(
 fn write_all(
     folder: &RunFolder,
     all: &[Comparison],
+    decided: Decided<'_>,
     speedup: &SpeedUp,
     drawing: &Drawing,
 ) -> Result<(), Failure> {
@@ -211,11 +248,15 @@ fn write_all(
     folder.write("run.toml", record.as_bytes())?;
     folder.write("speedup.csv", &speedup::csv(speedup))?;
     folder.write("compare.csv", &compare::compare_csv_of(all, &speedup.traces))?;
+    let table = compare::decision_csv(all, decided.decision, &speedup.traces);
+    folder.write("decision.csv", &table)?;
     let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
     let frames = all[0].sides[0].shown.counted(frames);
     let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
-    let charts = [chart, compare::breakdown(all, &speedup.traces)];
-    folder.write_pages(&compare::document_of(all, speedup, &charts, None), drawing)?;
+    let decision = compare::decision_chart(all, decided, &speedup.traces);
+    let mut charts = vec![decision, chart, compare::breakdown(all, &speedup.traces)];
+    charts.extend(compare::steps_chart(all, &speedup.traces));
+    folder.write_pages(&compare::document_of(all, decided, speedup, &charts, None), drawing)?;
     folder.write_charts(&charts, drawing)
 }
 
@@ -278,7 +319,7 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
             machine: arch.to_string_lossy().into_owned(),
             sets: args.changes.sets.clone(),
             energy: None,
-            display: Some(DEFAULT_DISPLAY.to_owned()),
+            display: Some(args.display.clone()),
         };
         inputs::loaded(&spec)
     };

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::camera_file::{FrameArgs, FrameRange};
 use super::replay::display_rate;
 use super::{Context, Failure, out};
+use powergs_base::quantity::Nanoseconds;
 use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
@@ -41,9 +42,25 @@ pub struct TraceArgs {
     /// Display rate, frames per second, for power and deadlines
     #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
     pub fps: f64,
+    /// The longest that a frame may take from its first read to its last write: 20ms
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    pub latency: Option<Nanoseconds>,
     /// Only some frames.
     #[command(flatten)]
     pub only: FrameArgs,
+}
+
+impl TraceArgs {
+    /// The longest that a frame may take, milliseconds.
+    pub fn latency_ms(&self) -> Option<f64> {
+        self.latency.map(|time| time.0 * 1e-6)
+    }
+}
+
+/// A time with its unit, above zero: `20ms`.
+fn time(text: &str) -> Result<Nanoseconds, String> {
+    let time: Nanoseconds = text.parse().map_err(|e| format!("{e}"))?;
+    if time.0 > 0.0 { Ok(time) } else { Err("must be above zero".into()) }
 }
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.

@@ -12,6 +12,7 @@ use super::run_folder::{ReportArgs, RunFolder};
 use super::timeline::{self, TimelineRequest};
 use super::{Context, Exit, Failure, OrExit, inputs, out, output_file, sight};
 use powergs_base::shell;
+use powergs_core::flow::{Task, TaskKind};
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::session::Target;
 use powergs_core::run::store::atomic::write_atomically;
@@ -170,6 +171,10 @@ fn model(args: &ReplayArgs) -> Result<Model, Failure> {
         let spec = SystemSpec { machine, sets, energy, display };
         return Ok(Model::Cycle(Box::new(inputs::loaded(&spec)?)));
     }
+    if args.arch != DEFAULT_ARCH {
+        let what = "--arch: the paper model has no machine; use --model cycle, or leave it out";
+        return Err(Failure::new(Exit::Usage, what));
+    }
     let machine_only = args.dram_model.is_some() || args.timeline.is_some();
     if !args.machine.changes.sets.is_empty() || machine_only || args.machine.energy.is_some() {
         let what = "--set, --energy, --dram-model, --timeline: the paper model has no machine; \
@@ -200,6 +205,7 @@ pub fn run(args: &ReplayArgs, context: &Context) -> Result<Exit, Failure> {
     let replay = Replay {
         target: model.target(),
         display_fps: args.shown.fps,
+        latency_ms: args.shown.latency_ms(),
         what_if_frames: args.what_if,
         calibrates_what_if: args.dram_model.is_none(),
         compares_models: args.dram_model == Some(DramArg::Both),
@@ -281,14 +287,28 @@ fn print(args: &ReplayArgs, context: &Context, run: &Run, folder: &Path) -> Resu
     if context.global.quiet {
         return Ok(());
     }
-    let next = next_command(args, run.experiments.what_if.as_ref().map(|w| w.advice()));
+    let next = next_command(
+        args,
+        run.facts.machine.task,
+        run.experiments.what_if.as_ref().map(|w| w.advice()),
+    );
     let summary = folder.join("summary.md").display().to_string();
     out::document(&report::page::document(run, &[], &[("report", summary), ("next", next)]))
 }
 
+/// A machine that does the same, to compare one with; `None` where there is no other.
+fn other_machine(arch: &str, task: Task) -> Option<&'static str> {
+    let all = match task.kind {
+        TaskKind::Render if task.one_in == 1 => ["gscore", "gcc"],
+        TaskKind::Train(_) if task.one_in == 1 => ["orin-nx-train", "gsarch"],
+        _ => return None,
+    };
+    all.into_iter().find(|other| *other != arch)
+}
+
 /// The same command with the step that is advised. Where none is, a sweep of the preset's units, or
-/// the other model.
-fn next_command(args: &ReplayArgs, advice: Option<Advice<'_>>) -> String {
+/// a comparison with another machine.
+fn next_command(args: &ReplayArgs, task: Task, advice: Option<Advice<'_>>) -> String {
     let step: &[String] = match advice {
         Some(Advice::Take(step) | Advice::Fastest(step)) => &step.sets,
         Some(Advice::AreaOnly(_) | Advice::Nothing) | None => &[],
@@ -316,8 +336,12 @@ fn next_command(args: &ReplayArgs, advice: Option<Advice<'_>>) -> String {
     let words = if machine.is_empty() && matches!(advice, Some(Advice::AreaOnly(_))) {
         [words_of(&["sweep", "gscore-units", "--traces", &trace]), shown].concat()
     } else if args.model == ModelArg::Cycle && step.is_empty() {
-        // The published model has no machine.
-        [words_of(&["replay", &trace, "--model", "paper"]), shown].concat()
+        let other = other_machine(&args.arch, task);
+        let is_changed = machine.iter().any(|word| word == "--set" || word == "--energy");
+        match other.filter(|_| !is_changed && args.dram_model.is_none()) {
+            Some(other) => [words_of(&["compare", &args.arch, other, &trace]), shown].concat(),
+            None => words_of(&["arch", "check", &args.arch]),
+        }
     } else {
         [words_of(&["replay", &trace]), machine, shown].concat()
     };

@@ -43,10 +43,12 @@ pub mod over;
 pub mod recorded;
 pub mod resident;
 pub mod steps;
+mod task;
 pub mod tile_wise;
 
 pub use error::{Incompatible, InvariantViolated, SimError};
 pub use outcome::{FlowOutcome, FoveaSummary, Foveal, RegionWork};
+pub use task::{Task, TaskKind};
 
 /// A dataflow.
 pub trait Dataflow: Sync {
@@ -97,9 +99,9 @@ pub trait Dataflow: Sync {
         None
     }
 
-    /// Whether a frame of a machine is a step of training.
-    fn trains(&self, _machine: &Machine) -> bool {
-        false
+    /// What a frame of a machine is.
+    fn task(&self, _machine: &Machine) -> Task {
+        Task::RENDER
     }
 
     /// What is doubtful about what [`Dataflow::attach`] read for a machine, in a sentence.
@@ -149,6 +151,12 @@ pub trait Dataflow: Sync {
         false
     }
 
+    /// Frames that a machine has under way at a time: a frame takes so many times the distance of
+    /// two.
+    fn under_way(&self, _machine: &Machine) -> u64 {
+        1
+    }
+
     /// What a machine needs of a frame.
     fn work_key(&self, machine: &Machine) -> WorkKey;
 
@@ -172,8 +180,8 @@ pub trait Dataflow: Sync {
     ///
     /// # Errors
     /// Why so few do not, and what to do.
-    fn goes_over(&self, _machine: &Machine, _frames: usize) -> Result<(), String> {
-        Ok(())
+    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
+        over::pixels::goes_over(machine, frames)
     }
 
     /// What decides what a machine takes over from the frame before: machines with the same work
@@ -344,7 +352,26 @@ impl dyn Work {
 /// Something that is handed on from one frame to the next.
 pub type Handed = Box<dyn Any + Send + Sync>;
 
-/// What machines with the same [`Dataflow::takes_over`] keep of frames: each eye of pairs has its
+/// What decides what a machine takes over into a frame: machines with the same one share it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct TakesOver {
+    /// Who hands it over: two dataflows make different things of the same work.
+    flow: &'static str,
+    /// What it is made of.
+    pub work: WorkKey,
+    numbers: Vec<u32>,
+}
+
+impl TakesOver {
+    /// That of a machine; `None` where each frame stands alone.
+    pub fn of(machine: &Machine) -> Option<TakesOver> {
+        let flow = machine.flow();
+        let numbers = flow.takes_over(machine)?;
+        Some(TakesOver { flow: flow.key(), work: flow.work_key(machine), numbers })
+    }
+}
+
+/// What machines with the same [`TakesOver`] keep of frames: each eye of pairs has its
 /// own, since the order of a view is kept best by the next one of the same eye.
 #[derive(Default)]
 pub struct History([BTreeMap<TypeId, Handed>; Eye::ALL.len()]);

@@ -24,7 +24,7 @@ pub use report::{CycleReport, FrameReport, Label, ModelReport, PaperReport, Stag
 pub use timed::{Timed, priced, time};
 
 /// Version of the models. Raised whenever the same inputs give other numbers.
-pub const MODEL_VERSION: u32 = 14;
+pub const MODEL_VERSION: u32 = 15;
 
 /// Says in a record which build made it: versions of the program, of the models and of the traces
 /// that it writes, and the commit.

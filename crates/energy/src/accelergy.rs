@@ -386,6 +386,7 @@ pub fn table<C: Catalogue>(
         description: "read from an energy reference table of Accelergy".into(),
         node: None,
         scaling: None,
+        scope: None,
         flop: None,
         actions: actions.into(),
         clock: None,

@@ -25,9 +25,9 @@ mod scale;
 mod sram;
 
 pub use keys::{
-    ActionPrice, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor, FlatDram,
-    FormatFactors, IdlePrices, Overhead, PhyPrices, PowerPrice, RestArea, RowHitShare, Scaling,
-    SupplyPrices, UnitNumbers,
+    ActionPrice, AreaPrice, AreaScope, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor,
+    FlatDram, FormatFactors, IdlePrices, Overhead, PhyPrices, PowerPrice, PowerScope, PriceScope,
+    RestArea, RowHitShare, Scaling, SupplyPrices, UnitNumbers,
 };
 pub use named::{Named, Names, Parts, UnitArea, Units, Works};
 pub use parts::PartShare;
@@ -49,6 +49,9 @@ pub struct EnergyTable<C> {
     pub description: String,
     /// Technology node of the chip. Needed in a file; tables from Accelergy do not know it.
     pub node: Option<Nanometres>,
+    /// What areas and powers are of. Without it they are of the block that renders, and of its
+    /// memory.
+    pub scope: Option<PriceScope>,
     /// The prices of the file are for another node.
     pub scaling: Option<Scaling>,
     /// Price of one floating-point operation, for actions that are given in `flops`.

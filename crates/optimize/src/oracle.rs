@@ -272,7 +272,7 @@ impl PowerOracle for CycleOracle {
 
     fn check(&self) -> Result<(), Invalid> {
         let machine = self.system.machine();
-        if machine.flow().trains(machine) {
+        if !machine.flow().task(machine).is_shown() {
             return Err(Invalid::Trains(machine.name.clone()));
         }
         // Frames are simulated one by one.

@@ -1,9 +1,18 @@
 //! Runs beside each other: tables, charts, files.
 
 mod charts;
+mod decision;
 mod output;
 mod page;
 
-pub use charts::{breakdown, charts};
-pub use output::{compare_csv, compare_csv_of, json, run_toml, run_toml_of};
-pub use page::{document, document_of, note};
+use powergs_study::findings::compare::Measure;
+
+pub use charts::{breakdown, charts, steps as steps_chart};
+pub use decision::chart as decision_chart;
+pub use output::{
+    compare_csv, compare_csv_of, decision_csv, decision_json, json, run_toml, run_toml_of,
+};
+pub use page::{Decided, document, document_of, note};
+
+/// Power at the display rate.
+const POWER: Measure = Measure::Power;

@@ -22,6 +22,7 @@ pub mod record;
 pub mod schema;
 pub mod sensitivity;
 pub mod speedup;
+mod steps;
 pub mod sweep;
 pub mod terms;
 pub mod timeline;
@@ -58,11 +59,12 @@ pub struct File {
 pub const PAGES: [&str; 2] = ["summary.md", "report.html"];
 
 /// Names of all files that a report folder may hold, but pages and charts.
-const FILE_NAMES: [&str; 9] = [
+const FILE_NAMES: [&str; 10] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
     "compare.csv",
+    "decision.csv",
     "speedup.csv",
     "sensitivity.csv",
     "elasticity.csv",
@@ -71,10 +73,12 @@ const FILE_NAMES: [&str; 9] = [
 ];
 
 /// Names of all charts that a report folder may hold, without their endings.
-const CHART_NAMES: [&str; 22] = [
+const CHART_NAMES: [&str; 24] = [
     "energy",
     "power",
     "breakdown",
+    "decision",
+    "steps",
     "cycles",
     "roofline",
     "buffers",

@@ -10,16 +10,16 @@ use powergs_base::TOOL_VERSION;
 use powergs_base::config::references::references;
 use powergs_chart::Chart;
 use powergs_core::flow::over::pixels;
-use powergs_core::flow::steps;
 use powergs_core::flow::tile_wise::{measures, stereo};
 use powergs_core::sim::MODEL_VERSION;
-use powergs_core::sim::statistics::UnitPart;
+use powergs_core::sim::statistics::{Aggregate, UnitPart};
 use powergs_core::stage::hardware;
 use powergs_core::workload::reuse::KEEP;
 use powergs_energy::action::{Phase, StageId};
 use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::findings::compare::STARVED;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::what_if::{Advice, Skipped, Step, WhatIf};
 use powergs_study::findings::{Key, Record, bottleneck, limits};
@@ -50,9 +50,18 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         let text = format!("Colours are those of SH degree {degree}: {NO_DEGREE}.");
         page.on(Shown::Terminal, Block::Paragraph(text.into()));
     }
+    if let Some(starved) = starved(run, &record) {
+        page.paragraph(Text::strong("Note:").then(Text::marked(&starved)));
+    }
     page.add(Block::Facts(times_and_powers(run, &record)));
-    page.page_heading(format!("Power at {} FPS", rate(run.facts.display_fps)));
-    page.table(power(&record));
+    page.page_heading(match run.facts.machine.task.is_shown() {
+        true => format!("Power at {} FPS", rate(run.facts.display_fps)),
+        false => "Power".to_owned(),
+    });
+    page.table(power(run, &record));
+    if !run.facts.machine.task.is_shown() {
+        steps(&mut page, &record);
+    }
     if let Some(line) = prices(run) {
         page.page_paragraph(Text::from("By the price assumptions in use: ").then(line).then("."));
     }
@@ -135,7 +144,13 @@ fn head(page: &mut Document, run: &Run) {
     /// Characters of a title on a terminal.
     const LONGEST: usize = 80;
     let (facts, trace) = (&run.facts, &run.facts.trace);
-    let frames = trace.shown.at_rate(run.frames.len() as u64, facts.display_fps);
+    let frames = match facts.machine.task.is_shown() {
+        true => trace.shown.at_rate(run.frames.len() as u64, facts.display_fps),
+        false => {
+            let frames = trace.shown.counted(run.frames.len() as u64);
+            format!("{frames} of {}, {}", trace.shown.size(), facts.machine.task)
+        }
+    };
     let tail = format!(": {frames}, {} model", facts.model.name());
     let title = shortened(&run.title(), LONGEST.saturating_sub(tail.chars().count()));
     page.on(Shown::Page, Block::Title(run.title().into()));
@@ -150,17 +165,34 @@ fn facts(run: &Run) -> Vec<(String, Text)> {
     let (machine, trace) = (&run.facts.machine, &run.facts.trace);
     let shown = trace.shown;
     let frames = format!("{} of {} pixels", shown.counted(run.frames.len() as u64), shown.size());
-    let facts = [
+    let mut facts = vec![
         ("trace", trace.name.clone()),
         ("frames", frames),
         ("SH degree", sh_degree(run)),
         ("machine", machine.name.clone()),
         ("energy table", machine.energy_table.clone()),
         ("model", format!("{}, version {MODEL_VERSION}", run.facts.model.name())),
+        ("task", machine.task.name()),
         ("display rate", format!("{} FPS", rate(run.facts.display_fps))),
         ("made with", format!("powergs-sim {TOOL_VERSION}")),
     ];
+    // Nobody looks at steps.
+    facts.retain(|(name, _)| machine.task.is_shown() || *name != "display rate");
     facts.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
+}
+
+/// Whether the second master gets less than it asks for.
+fn starved(run: &Run, record: &Record) -> Option<String> {
+    let asks = run.facts.machine.second_master_gb_s?;
+    let gets = record.mean(Key::SecondMasterRate)?;
+    let (got, asked) = (significant(gets), significant(asks));
+    (gets < asks * (1.0 - STARVED)).then(|| {
+        format!(
+            " the second master is STARVED: it gets {got} of {asked} GB/s. How much it may have \
+             under way is `dram.second-master.in-flight`; with more it gets more, and frames take \
+             longer."
+        )
+    })
 }
 
 /// The degree of the scene's spherical harmonics, and where it is from.
@@ -175,34 +207,74 @@ fn sh_degree(run: &Run) -> String {
 /// Why a degree is assumed, and what to do.
 const NO_DEGREE: &str = "the trace does not say it; extract the scene again to have its own";
 
-/// The rate at which the display is served: its own, or what is reached of it.
-fn displayed(record: &Record) -> String {
-    match record.misses() {
-        false => format!("{} FPS", rate(record.display_fps)),
-        true => format!("{} FPS", significant(record.displayed_fps())),
+/// The rate at which the display is served: its own, or what is reached of it; that of steps, which
+/// wait for none.
+fn displayed(run: &Run, record: &Record) -> String {
+    let task = run.facts.machine.task;
+    let unit = task.per_second();
+    match task.is_shown() && !record.misses() {
+        true => format!("{} {unit}", rate(record.display_fps)),
+        false => format!("{} {unit}", significant(record.displayed_fps())),
     }
 }
+
+/// Mean and slowest of a time in milliseconds: of fewer than 100 frames there is no 99th percentile.
+fn spread(time: &Aggregate, frames: u64) -> String {
+    let [mean, _, _, p99, max] = time.parts().map(|ms| significant(ms.as_f64()));
+    match frames {
+        1 => format!("{mean} ms"),
+        2..HUNDRED => format!("mean {mean} ms, max of {frames} {max} ms"),
+        _ => format!("mean {mean} ms, p99 {p99} ms, max {max} ms"),
+    }
+}
+
+/// Fewer frames have no 99th percentile: it is the slowest.
+const HUNDRED: u64 = 100;
 
 /// Times, and energy per frame times rate for the two powers, which differ in rate and in what is
 /// paid between frames.
 fn times_and_powers(run: &Run, record: &Record) -> Vec<(String, Text)> {
-    let fps = rate(run.facts.display_fps);
+    let task = run.facts.machine.task;
+    let (fps, noun) = (rate(run.facts.display_fps), task.noun());
     let mut facts: Vec<(String, Text)> = Vec::new();
     let mut add = |name: &str, value: String| facts.push((name.to_owned(), value.into()));
     let power_w = record.value(Key::Power);
+    let all = run.frames.len() as u64;
     match (record.aggregate(Key::FrameTime), record.throughput_fps()) {
         (Some(time), Some(rate)) => {
-            let [mean, _, _, p99, max] = time.parts().map(|ms| significant(ms.as_f64()));
-            add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms"));
-            add("frame rate", format!("{} FPS", significant(rate)));
-            let deadline = significant(1e3 / run.facts.display_fps);
-            let missed = record.deadline_misses().unwrap_or(0);
-            let all = run.facts.trace.shown.counted(run.frames.len() as u64);
-            let verdict = match missed {
-                0 => format!("met by {all}"),
-                _ => format!("MISSED by {missed} of {all}"),
-            };
-            add("deadline", format!("{deadline} ms at {fps} FPS: {verdict}"));
+            let latency = record.aggregate(Key::FrameLatency).filter(|latency| *latency != time);
+            let name = if latency.is_some() { "interval" } else { "time" };
+            add(&format!("{noun} {name}"), spread(&time, all));
+            if let Some(latency) = latency {
+                add(&format!("{noun} latency"), spread(&latency, all));
+            }
+            add(&format!("{noun} rate"), format!("{} {}", significant(rate), task.per_second()));
+            if let Some(missed) = record.deadline_misses() {
+                let deadline = significant(1e3 / run.facts.display_fps);
+                let all = run.facts.trace.shown.counted(all);
+                let seen = record.synchronised_fps().map(|seen| {
+                    format!(
+                        "; {} FPS where pictures change between periods alone",
+                        significant(seen)
+                    )
+                });
+                let verdict = match missed {
+                    0 => format!("met by {all}"),
+                    _ => format!("MISSED by {missed} of {all}{}", seen.unwrap_or_default()),
+                };
+                add("deadline", format!("{deadline} ms at {fps} FPS: {verdict}"));
+            }
+            if let (Some(most), Some(latency)) =
+                (run.facts.latency_ms, record.aggregate(Key::FrameLatency))
+            {
+                let slowest = latency.max.as_f64();
+                let verdict = if slowest > most { "EXCEEDED" } else { "met" };
+                let slowest = significant(slowest);
+                add(
+                    "latency",
+                    format!("at most {most} ms: {verdict}, the longest is {slowest} ms"),
+                );
+            }
         }
         _ => add("frame time", "not in this model, which counts work only".into()),
     }
@@ -210,13 +282,16 @@ fn times_and_powers(run: &Run, record: &Record) -> Vec<(String, Text)> {
     let watt = |watts: f64| engineering_like(watts, power_w, "W");
     let product = |energy_j: f64, rate: &str, watts: f64| {
         let energy = engineering_like(energy_j, record.displayed_energy_j(), "J");
-        format!("{energy} per frame x {rate} = {}", watt(watts))
+        format!("{energy} per {noun} x {rate} = {}", watt(watts))
     };
     if let (Some(rate), Some(watts)) = (record.throughput_fps(), record.throughput_power_w()) {
-        let rate = format!("{} FPS", significant(rate));
+        let rate = format!("{} {}", significant(rate), task.per_second());
         add("at full rate", product(record.value(Key::Energy) * 1e-12, &rate, watts));
     }
-    let shown = product(record.displayed_energy_j(), &displayed(record), power_w);
+    if !task.is_shown() {
+        return facts;
+    }
+    let shown = product(record.displayed_energy_j(), &displayed(run, record), power_w);
     let what = match record.has_time() {
         false => String::new(),
         true if record.misses() => format!("; MISSES {fps} FPS"),
@@ -235,12 +310,22 @@ fn times_and_powers(run: &Run, record: &Record) -> Vec<(String, Text)> {
     facts
 }
 
+/// What the parts of a step take: what is made of pictures, and what makes gradients of it.
+fn steps(page: &mut Document, record: &Record) {
+    let parts = super::steps::parts(record);
+    if parts.is_empty() {
+        return;
+    }
+    page.page_heading("Parts of a step");
+    page.table(super::steps::table(std::slice::from_ref(&("a step", parts))));
+}
+
 /// Power of stages and components at the display rate.
-fn power(record: &Record) -> Table {
+fn power(run: &Run, record: &Record) -> Table {
     let power = Breakdown::power_w(record);
     let total = record.value(Key::Power);
     let (factor, prefix) = prefix_of(total);
-    let first = format!("{prefix}W at {}", displayed(record));
+    let first = format!("{prefix}W at {}", displayed(run, record));
     let components = Component::ALL.map(|c| Column::real(c.name()));
     let columns = [Column::text(first)].into_iter().chain(components);
     let mut table = Table::new(columns.chain([Column::real("total")]));
@@ -285,12 +370,6 @@ fn cycles(page: &mut Document, run: &Run, record: &Record) {
     page.table(Table::new(columns).rows(record.units().map(row)));
     page.page_paragraph("Between busy and idle: what a unit with work waited for.");
     page.paragraph(dram(run, record));
-    if record.mean(Key::Stat(&steps::REVERSE)).is_some() {
-        page.paragraph(
-            "A frame is a step of training here: its picture, the loss, the lists in reverse, \
-             gradients by parameters and the update. Frame rates are steps a second.",
-        );
-    }
     if let Some(rendered) = record.mean(Key::Stat(&pixels::RENDERED)) {
         let known = record.mean(Key::Stat(&pixels::KNOWN_SHARE)).map(|known| {
             format!(" Of those that look up their first Gaussians {} % stop there.", percent(known))
@@ -338,7 +417,7 @@ fn dram(run: &Run, record: &Record) -> String {
         (run.facts.machine.second_master_gb_s, record.mean(Key::SecondMasterRate))
     {
         text += &format!(
-            "; a second master moved {} of the {} GB/s that it asks for",
+            "; a second master gets {} of the {} GB/s that it asks for",
             significant(moved),
             significant(asked)
         );

@@ -50,8 +50,7 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
 /// Machines beside the first of which every trace has a bar.
 const MOST_BARS: usize = 5;
 
-/// The gains that another machine than the first has: joules and mm² of other technologies are
-/// none.
+/// The gains that another machine than the first has: joules of other technologies are none.
 fn gains(all: &SpeedUp) -> Vec<Gain> {
     let has = |gain: &Gain| (1..all.machines.len()).any(|m| all.mean(*gain, m).is_some());
     Gain::ALL.into_iter().filter(|gain| *gain == Gain::Speed || has(gain)).collect()
@@ -61,15 +60,18 @@ fn gains(all: &SpeedUp) -> Vec<Gain> {
 fn name(gain: Gain) -> &'static str {
     match gain {
         Gain::Speed => "speed-up",
-        Gain::Area => "speed-up per mm² of core",
         Gain::Energy => "energy gain",
     }
 }
 
 /// Why a machine has no bar, where that is no lack of numbers.
 fn withheld(all: &SpeedUp, gain: Gain, machine: usize) -> Option<&'static str> {
-    let is_of_node = gain != Gain::Speed && !all.machines[machine].is_comparable;
-    is_of_node.then_some("another node")
+    let [speed, energy] = all.machines[machine].is_comparable;
+    match (speed, energy, gain) {
+        (false, ..) => Some("another task"),
+        (true, false, Gain::Energy) => Some("another node"),
+        _ => None,
+    }
 }
 
 /// A bar a machine: its geometric mean over the traces.
@@ -124,6 +126,18 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
     Panel::new(x, y).dashed(Rule::X(1.0), Colour::NOTE).mark(Mark::Bars(bars))
 }
 
+/// The means alone.
+pub fn means_table(all: &SpeedUp) -> Table {
+    let (first, gains) = (&all.machines[0].label, gains(all));
+    let column = |gain: &Gain| Column::fixed(format!("{} over {first}", name(*gain)), 3);
+    let columns = [Column::text(MEAN)].into_iter().chain(gains.iter().map(column));
+    let row = |m: usize| {
+        let label = Cell::from(all.machines[m].label.as_str());
+        [label].into_iter().chain(gains.iter().map(|g| all.mean(*g, m).into())).collect::<Vec<_>>()
+    };
+    Table::new(columns).rows((1..all.machines.len()).map(row))
+}
+
 /// Speed-ups and energy gains: a row a trace and machine, then the means.
 pub fn table(all: &SpeedUp) -> Table {
     let first = &all.machines[0].label;
@@ -132,8 +146,8 @@ pub fn table(all: &SpeedUp) -> Table {
     let mut columns = vec![
         Column::text("trace"),
         Column::text("machine"),
-        Column::fixed("FPS", 1),
-        Column::fixed("mJ per frame", 3),
+        Column::fixed("per second", 1),
+        Column::fixed("mJ each", 3),
     ];
     let column = |gain: &Gain| Column::fixed(format!("{} over {first}", name(*gain)), 3);
     columns.extend(gains.iter().map(column));
@@ -159,7 +173,7 @@ pub fn table(all: &SpeedUp) -> Table {
 
 /// `speedup.csv`: the table with exact numbers.
 pub fn csv(all: &SpeedUp) -> Vec<u8> {
-    let mut table = Table::record("trace machine fps energy_pj speedup area_gain energy_gain");
+    let mut table = Table::record("trace machine fps energy_pj speedup energy_gain");
     for m in 0..all.machines.len() {
         let label = all.machines[m].label.as_str();
         for (t, trace) in all.traces.iter().enumerate() {
@@ -170,7 +184,6 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
                 speed.map(|s| s.fps).into(),
                 speed.map(|s| s.energy_j * 1e12).into(),
                 all.gain(Gain::Speed, m, t).into(),
-                all.gain(Gain::Area, m, t).into(),
                 all.gain(Gain::Energy, m, t).into(),
             ]);
         }
@@ -180,7 +193,6 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
             Cell::from(None::<f64>),
             Cell::from(None::<f64>),
             all.mean(Gain::Speed, m).into(),
-            all.mean(Gain::Area, m).into(),
             all.mean(Gain::Energy, m).into(),
         ]);
     }
@@ -198,8 +210,6 @@ pub fn json(all: &SpeedUp) -> Value {
             "fps": fps.collect::<Vec<_>>(),
             "speedup": of(Gain::Speed),
             "speedup_geomean": all.mean(Gain::Speed, m),
-            "area_gain": of(Gain::Area),
-            "area_gain_geomean": all.mean(Gain::Area, m),
             "energy_gain": of(Gain::Energy),
             "energy_gain_geomean": all.mean(Gain::Energy, m),
         })

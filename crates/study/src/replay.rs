@@ -22,6 +22,8 @@ pub struct Replay<'a> {
     pub target: Target<'a>,
     /// Display rate, frames per second, for power and deadlines; positive and finite.
     pub display_fps: f64,
+    /// The longest that a frame may take from its first read to its last write, milliseconds.
+    pub latency_ms: Option<f64>,
     /// Frames, spread evenly over the list, on which doubling each resource is tried; not on the
     /// published model.
     pub what_if_frames: usize,
@@ -78,8 +80,8 @@ impl Replay<'_> {
         let mut inputs = vec![frames.identity()?];
         inputs.extend(of_model);
         let trace = TraceFacts::of(frames)?;
-        let display_fps = self.display_fps;
-        Ok(Facts { model, display_fps, trace, machine, inputs, configuration })
+        let (display_fps, latency_ms) = (self.display_fps, self.latency_ms);
+        Ok(Facts { model, display_fps, latency_ms, trace, machine, inputs, configuration })
     }
 
     /// Simulates all frames, or as many as were done when it was cancelled.
@@ -155,6 +157,7 @@ pub fn on_each(
         Replay {
             target,
             display_fps,
+            latency_ms: None,
             what_if_frames: 0,
             calibrates_what_if: false,
             compares_models: false,

@@ -5,6 +5,7 @@ mod file;
 pub use file::record;
 
 use powergs_base::format::{counted, rate};
+use powergs_core::flow::Task;
 use powergs_core::machine::DramModel;
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::statistics::Record;
@@ -27,6 +28,9 @@ pub struct Facts {
     pub model: Model,
     /// The display rate, frames per second, for power and deadlines; positive and finite.
     pub display_fps: f64,
+    /// The longest that a frame may take from its first read to its last write, milliseconds, where
+    /// it was said.
+    pub latency_ms: Option<f64>,
     /// The trace.
     pub trace: TraceFacts,
     /// The machine.
@@ -82,6 +86,8 @@ impl Shown {
 pub struct MachineFacts {
     /// Name of the machine.
     pub name: String,
+    /// What a frame of it is.
+    pub task: Task,
     /// Name of the energy table.
     pub energy_table: String,
     /// Technology node of the energy table, nanometres, where it says one.
@@ -125,6 +131,7 @@ impl MachineFacts {
     pub fn of(system: &System) -> MachineFacts {
         MachineFacts {
             name: system.label(),
+            task: system.machine().flow().task(system.machine()),
             energy_table: system.energy_table().name.clone(),
             node_nm: system.energy_table().node.map(|node| node.0),
             clock_hz: Some(system.machine().clock.0),
@@ -146,6 +153,7 @@ impl MachineFacts {
     pub fn paper(model: &PaperModel) -> MachineFacts {
         MachineFacts {
             name: "paper".into(),
+            task: Task::RENDER,
             energy_table: model.table().origin.clone(),
             node_nm: None,
             clock_hz: None,

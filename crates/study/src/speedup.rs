@@ -1,5 +1,5 @@
-//! Several machines over several traces, relative to one of them: speed, speed per area and energy,
-//! with their geometric means.
+//! Several machines over several traces, relative to one of them: speed and energy, with their
+//! geometric means.
 
 use crate::findings::compare::{Comparison, Measure};
 
@@ -11,9 +11,6 @@ pub struct Speed {
     pub fps: f64,
     /// Energy of a frame, joules.
     pub energy_j: f64,
-    /// Frames per second and mm² of the die without PHY and controllers, as papers count it; `None`
-    /// where the area is not known.
-    pub fps_per_mm2: Option<f64>,
 }
 
 /// A machine on all traces.
@@ -24,9 +21,9 @@ pub struct MachineSpeed {
     pub label: String,
     /// What it does on each trace, where that was measured.
     pub speeds: Vec<Option<Speed>>,
-    /// Whether its joules and mm² may be held against those of the first machine: not those of
-    /// another technology node.
-    pub is_comparable: bool,
+    /// Whether it has each gain, in the order of [`Gain::ALL`]: joules of another technology node
+    /// are not held against those of the first machine, nor is anything of another task.
+    pub is_comparable: [bool; Gain::ALL.len()],
 }
 
 /// What is compared.
@@ -34,15 +31,21 @@ pub struct MachineSpeed {
 pub enum Gain {
     /// Frame rate over that of the first machine.
     Speed,
-    /// Frame rate per mm² over that of the first machine.
-    Area,
     /// Energy per frame of the first machine over that of this one.
     Energy,
 }
 
 impl Gain {
     /// All of them, as papers have them.
-    pub const ALL: [Gain; 3] = [Gain::Speed, Gain::Area, Gain::Energy];
+    pub const ALL: [Gain; 2] = [Gain::Speed, Gain::Energy];
+
+    /// What it is the ratio of.
+    const fn measure(self) -> Measure {
+        match self {
+            Gain::Speed => Measure::Throughput,
+            Gain::Energy => Measure::Energy,
+        }
+    }
 }
 
 /// Machines over traces; the first machine is what the others are compared with.
@@ -75,11 +78,10 @@ impl SpeedUp {
                 let value = |measure| *c.row(measure).values.get(i)?;
                 let (fps, mj): (Option<f64>, Option<f64>) =
                     (value(Measure::Throughput), value(Measure::Energy));
-                let area: Option<f64> = value(Measure::AreaCore);
-                let fps_per_mm2 = fps.zip(area).map(|(fps, mm2)| fps / mm2);
-                Some(Speed { fps: fps?, energy_j: mj? * 1e-3, fps_per_mm2 })
+                Some(Speed { fps: fps?, energy_j: mj? * 1e-3 })
             };
-            let is_comparable = all.iter().all(|c| c.row(Measure::Energy).is_comparable[i]);
+            let is_comparable =
+                Gain::ALL.map(|gain| all.iter().all(|c| c.row(gain.measure()).is_comparable[i]));
             MachineSpeed { label, speeds: all.iter().map(speed).collect(), is_comparable }
         };
         let labels = all.first()?.labels_with_nodes();
@@ -91,9 +93,8 @@ impl SpeedUp {
     pub fn gain(&self, gain: Gain, m: usize, t: usize) -> Option<f64> {
         let (first, own) = (self.machines[0].speeds[t]?, self.machines[m].speeds[t]?);
         let ratio = match gain {
+            _ if !self.machines[m].is_comparable[gain as usize] => return None,
             Gain::Speed => own.fps / first.fps,
-            Gain::Energy | Gain::Area if !self.machines[m].is_comparable => return None,
-            Gain::Area => own.fps_per_mm2? / first.fps_per_mm2?,
             Gain::Energy => first.energy_j / own.energy_j,
         };
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0)

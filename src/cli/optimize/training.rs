@@ -6,9 +6,6 @@ use serde_json::{Value, json};
 
 use super::super::inputs::system;
 use super::super::{Exit, Failure};
-use powergs_core::flow::gpu::{TrainSpec, Updated};
-use powergs_core::flow::tile_wise::{PixelSource, PixelsSpec, TrainingSpec};
-use powergs_core::machine::Machine;
 use powergs_core::run::{Session, System};
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_report::format::{engineering, wrapped};
@@ -33,8 +30,9 @@ pub struct TrainingCost {
 /// Exit code 2: no machine, or one that does not train.
 pub fn trainer(arch: &str) -> Result<System, Failure> {
     let plain = system(arch, &[], None)?;
-    let trains = |system: &System| system.machine().flow().trains(system.machine());
-    if trains(&plain) && !updates_models(plain.machine()) {
+    let task = |system: &System| system.machine().flow().task(system.machine());
+    let trains = |system: &System| !task(system).is_shown();
+    if trains(&plain) && !task(&plain).updates_models() {
         let what = format!(
             "--train-on {arch}: it finds gradients and updates no model (`training.update`, \
              `pixels.impl`); take a GPU (orin-nx), `vorion-train` or `gsarch`"
@@ -57,15 +55,6 @@ pub fn trainer(arch: &str) -> Result<System, Failure> {
          `gsarch`, or a machine with `training.interval`"
     );
     Err(Failure::new(Exit::Usage, what))
-}
-
-/// Whether steps change Gaussians, and see whole pictures.
-fn updates_models(machine: &Machine) -> bool {
-    let tables = &machine.tables;
-    let by_units = tables.get::<TrainingSpec>().map(|training| training.update);
-    let update = by_units.or_else(|| tables.get::<TrainSpec>().map(|train| train.update));
-    let source = tables.get::<PixelsSpec>().map(|pixels| pixels.source);
-    matches!(update, Some(Updated::All | Updated::Visible)) && source != Some(PixelSource::Sampled)
 }
 
 impl TrainingCost {

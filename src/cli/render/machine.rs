@@ -161,8 +161,7 @@ impl MachineRender {
         let workload = bin_for(&frame, tiles.geometry, detail);
         let name = camera.name.clone();
         if let Some(shown) = &mut self.shown {
-            let fits = tiles.pixels.fits(&self.machine.name, &workload);
-            fits.or_exit(Exit::Usage, "--pixels")?;
+            tiles.shows(&self.machine.name, &workload).or_exit(Exit::Usage, "--pixels")?;
             let (machine, history) = (&self.machine, &mut self.history);
             let origins = pixel_origins(machine, &workload, camera.eye, history);
             let (made, of) = shown.next(&picture, &origins.unwrap_or_default());

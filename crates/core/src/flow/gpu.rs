@@ -42,7 +42,7 @@ use super::over::pixels::{self, SomePixels};
 use super::steps::{self, SteppedGaussians};
 use super::{
     Dataflow, FlowDecl, FlowOutcome, FrameTask, Handed, History, Incompatible, SimError,
-    TablesDecl, Work, WorkKey, lists,
+    TablesDecl, Task, Work, WorkKey, lists,
 };
 use crate::kernel::blocks::{BlockStream, BlockUnit};
 use crate::kernel::calibration::{CalibrationRecorder, Recording};
@@ -120,8 +120,9 @@ impl Dataflow for GpuFlow {
         TablesDecl { schema, ..TablesDecl::of::<Gpu>() }
     }
 
-    fn trains(&self, machine: &Machine) -> bool {
-        machine.gpu().training.trains()
+    fn task(&self, machine: &Machine) -> Task {
+        let m = machine.gpu();
+        Task::new(m.training.trains().then_some(m.training.update), &m.pixels)
     }
 
     fn check(&self, machine: &Machine, found: &mut Found) {
@@ -148,6 +149,10 @@ impl Dataflow for GpuFlow {
         attached.is_there() && attached.overlap == AttachedOverlap::Frames
     }
 
+    fn under_way(&self, machine: &Machine) -> u64 {
+        if self.overlaps(machine) { 2 } else { 1 }
+    }
+
     /// Lists of tiles, with their splats and pixels: that of tile-wise machines.
     fn work_key(&self, machine: &Machine) -> WorkKey {
         lists::work_key_for(machine.gpu().geometry(), machine.gpu().detail())
@@ -163,11 +168,7 @@ impl Dataflow for GpuFlow {
                 why: why.into(),
             });
         }
-        task.machine.gpu().pixels.fits(&task.machine.name, workload)
-    }
-
-    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
-        machine.gpu().pixels.goes_over(&machine.name, frames)
+        task.machine.gpu().pixels.fits(&task.machine.name, [workload.width, workload.height])
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {
@@ -687,15 +688,14 @@ impl KernelMaker<'_> {
     /// For how long multiprocessors compute in a kernel whose blocks are tiles.
     fn blocks(&self, b: &BlendSpec, warps: &FrameWarps) -> Vec<u64> {
         let sm = &self.m.sm;
-        let finish = b.block_warps() * u64::from(b.finish);
         let special = f64::from(WARP) / f64::from(sm.special);
         let block = |block: &warps::BlockWarps| {
             let pairs = [block.evaluated, block.blended];
-            let finish = if block.renders { finish } else { 0 };
-            let issued = (b.instructions(pairs) + finish) as f64 / sm.issue();
+            let finish = if block.renders { u64::from(b.finish) } else { 0 };
+            let all = b.instructions(pairs) + b.block_warps() * finish;
+            let issued = all as f64 / sm.issue();
             let work = issued.max(b.exponentials(pairs) as f64 * special);
-            let last = if block.renders { u64::from(b.finish) } else { 0 };
-            let longest = b.instructions(block.longest.map(u64::from)) + last;
+            let longest = b.instructions(block.longest.map(u64::from)) + finish;
             let batches = u64::from(block.loaded.div_ceil(b.batch));
             // Its slowest warp goes from one instruction to the next, and waits for every batch.
             let alone = longest * u64::from(sm.interval) + batches * u64::from(b.latency);

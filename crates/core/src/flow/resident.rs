@@ -53,6 +53,7 @@ use powergs_frame::scene::Eye;
 
 pub use tables::*;
 
+use crate::flow::Task;
 use crate::flow::steps::{StepCycles, StepPart};
 use engine::{Engine, EngineCounts};
 use front::FrontUnit;
@@ -154,8 +155,9 @@ impl Dataflow for ResidentFlow {
         TablesDecl { schema, ..TablesDecl::of::<Resident>() }
     }
 
-    fn trains(&self, machine: &Machine) -> bool {
-        machine.resident().training.interval > 0
+    fn task(&self, machine: &Machine) -> Task {
+        let m = machine.resident();
+        Task::new((m.training.interval > 0).then_some(m.training.update), &m.pixels)
     }
 
     fn check(&self, machine: &Machine, found: &mut Found) {
@@ -180,6 +182,10 @@ impl Dataflow for ResidentFlow {
 
     fn overlaps(&self, machine: &Machine) -> bool {
         machine.resident().front.overlap == FrontOverlap::Frames
+    }
+
+    fn under_way(&self, machine: &Machine) -> u64 {
+        if self.overlaps(machine) { 2 } else { 1 }
     }
 
     fn work_key(&self, machine: &Machine) -> WorkKey {
@@ -213,17 +219,7 @@ impl Dataflow for ResidentFlow {
                  `region.width` or `region.height` smaller"
             )));
         }
-        match &frame.tiles {
-            Some(tiles) => {
-                let image = [tiles.width, tiles.height];
-                m.pixels.fits_image(&machine.name, image, frame.regions.len())
-            }
-            None => Ok(()),
-        }
-    }
-
-    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
-        machine.resident().pixels.goes_over(&machine.name, frames)
+        m.pixels.counts(&machine.name, frame.regions.len(), "region.width")
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {

@@ -128,6 +128,16 @@ impl StepPart {
     pub const ALL: [StepPart; 4] =
         [StepPart::Loss, StepPart::Reverse, StepPart::Chain, StepPart::Update];
 
+    /// What it is called in tables.
+    pub const fn words(self) -> &'static str {
+        match self {
+            StepPart::Loss => "loss",
+            StepPart::Reverse => "reverse",
+            StepPart::Chain => "chain rule",
+            StepPart::Update => "update",
+        }
+    }
+
     /// Its time.
     pub const fn time(self) -> &'static StatDecl {
         match self {

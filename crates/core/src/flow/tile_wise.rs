@@ -35,6 +35,7 @@ use super::{
     Dataflow, FlowDecl, FlowOutcome, FoveaSummary, Foveal, FrameTask, Handed, History,
     Incompatible, RecordKeys, RegionWork, SimError, TablesDecl, Work, WorkKey,
 };
+use crate::flow::Task;
 use crate::flow::over::kept_order::{KeptOrder, TableUse};
 use crate::flow::over::pixels::{self, SomePixels};
 use crate::flow::over::{FirstUnit, levels};
@@ -150,6 +151,11 @@ impl Dataflow for TileWiseFlow {
         machine.tiles().schedule.overlap != Overlap::None
     }
 
+    /// With `frames`, A81.
+    fn under_way(&self, machine: &Machine) -> u64 {
+        if machine.tiles().schedule.overlap == Overlap::Frames { 2 } else { 1 }
+    }
+
     fn work_key(&self, machine: &Machine) -> WorkKey {
         crate::flow::lists::work_key_for(machine.tiles().geometry, machine.tiles().detail())
     }
@@ -158,12 +164,9 @@ impl Dataflow for TileWiseFlow {
         accounts::fits(workload(task)?, task)
     }
 
-    fn goes_over(&self, machine: &Machine, frames: usize) -> Result<(), String> {
-        machine.tiles().pixels.goes_over(&machine.name, frames)
-    }
-
-    fn trains(&self, machine: &Machine) -> bool {
-        machine.tiles().training.interval > 0
+    fn task(&self, machine: &Machine) -> Task {
+        let m = machine.tiles();
+        Task::new((m.training.interval > 0).then_some(m.training.update), &m.pixels)
     }
 
     fn takes_over(&self, machine: &Machine) -> Option<Vec<u32>> {

@@ -22,7 +22,7 @@ use super::paper::PaperModel;
 use super::system::System;
 use super::watch::Watch;
 use crate::flow::lists::work_key;
-use crate::flow::{FrameTask, Handed, History, Work, WorkKey};
+use crate::flow::{FrameTask, Handed, History, TakesOver, Work, WorkKey};
 use crate::kernel::{Halt, Halted, Memo};
 use crate::machine::Machine;
 use crate::sim::{self, FrameReport, Label, Periods, Timed, paper, priced};
@@ -240,7 +240,7 @@ pub(crate) fn bin_demand(
 
 /// Hands on from frame to frame what machines with the same history share.
 struct Relay<'a> {
-    key: (WorkKey, Vec<u32>),
+    key: TakesOver,
     machine: &'a Machine,
     history: History,
 }
@@ -249,7 +249,7 @@ impl Relay<'_> {
     /// What is taken over into frames that come in order.
     fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Option<Handed>> {
         let (machine, history) = (self.machine, &mut self.history);
-        let frames = frames.iter().map(|frame| (frame.eye, &*frame.bins[&self.key.0].work));
+        let frames = frames.iter().map(|frame| (frame.eye, &*frame.bins[&self.key.work].work));
         frames.map(|(eye, work)| machine.flow().hand_over(machine, work, eye, history)).collect()
     }
 }
@@ -598,8 +598,7 @@ impl<'a> SessionPlan<'a> {
             let (mut relay, mut place) = (None, groups.len());
             if let Target::System(system) = subject.target {
                 let machine = system.machine();
-                relay = machine.flow().takes_over(machine).map(|numbers| {
-                    let key = (work.clone(), numbers);
+                relay = TakesOver::of(machine).map(|key| {
                     let known = relays.iter().position(|relay| relay.key == key);
                     known.unwrap_or_else(|| {
                         relays.push(Relay { key, machine, history: History::default() });

@@ -93,12 +93,16 @@ impl Then for CycleReport {
         let CycleReport {
             timing,
             clock: _,
+            task: _,
+            latency,
             executed_evaluations,
             live_evaluations,
             unwritten_bytes,
             measured,
             fovea,
         } = next;
+        // The second view begins when the first one makes room for it.
+        self.latency = self.timing.frame + latency;
         self.timing.then(timing);
         self.executed_evaluations += executed_evaluations;
         self.live_evaluations += live_evaluations;

@@ -1,7 +1,7 @@
 //! The report of one simulated frame.
 
 use super::RegionReport;
-use crate::flow::{FoveaSummary, Foveal};
+use crate::flow::{FoveaSummary, Foveal, Task};
 use crate::kernel::FrameTiming;
 use crate::stage::Measured;
 use powergs_base::quantity::Hertz;
@@ -70,6 +70,11 @@ pub struct CycleReport {
     pub timing: FrameTiming,
     /// Clock of the machine.
     pub clock: Hertz,
+    /// What the frame is.
+    pub task: Task,
+    /// Cycles from its first read to its last write: more than `timing.frame`, the distance of two
+    /// frames, where several are under way at a time.
+    pub latency: u64,
     /// α evaluations that the machine executes: every pixel of every live sub-tile.
     pub executed_evaluations: u64,
     /// Those of them whose pixel has not stopped.
@@ -127,7 +132,18 @@ impl FrameReport {
         self.cycle()?.fovea.as_ref().map(|fovea| &fovea.regions)
     }
 
-    /// Time of the frame, seconds; `None` in the `paper` model.
+    /// What the frame is; in the `paper` model it is rendered.
+    pub fn task(&self) -> Task {
+        self.cycle().map_or(Task::RENDER, |cycle| cycle.task)
+    }
+
+    /// Time from the first read of the frame to its last write, seconds; `None` in the `paper`
+    /// model.
+    pub fn latency_s(&self) -> Option<f64> {
+        self.cycle().map(|cycle| cycle.latency as f64 / cycle.clock.0)
+    }
+
+    /// Distance of two frames that run back to back, seconds; `None` in the `paper` model.
     pub fn frame_time_s(&self) -> Option<f64> {
         self.cycle().map(CycleReport::frame_time_s)
     }
@@ -143,9 +159,17 @@ impl FrameReport {
     }
 
     /// Frames per second that a display at `fps` gets: that rate, or what the machine achieves
-    /// where that is less.
+    /// where that is less. Steps wait for no display: they run back to back.
     pub fn displayed_fps(&self, fps: f64) -> f64 {
-        if self.misses_deadline(fps) { self.achieved_fps().unwrap_or(fps) } else { fps }
+        let runs_on = !self.task().is_shown() || self.misses_deadline(fps);
+        if runs_on { self.achieved_fps().unwrap_or(fps) } else { fps }
+    }
+
+    /// Display periods for which a frame is shown where pictures change between periods alone;
+    /// `None` for what nobody shows, and in the `paper` model.
+    pub fn display_periods(&self, fps: f64) -> Option<u64> {
+        let seconds = self.frame_time_s().filter(|_| self.task().is_shown())?;
+        Some(((seconds * fps).ceil() as u64).max(1))
     }
 
     /// Power at a display rate, watts: energy over the longer of the frame time and the period of
@@ -159,12 +183,13 @@ impl FrameReport {
     /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM
     /// refresh.
     pub fn standby_w(&self, fps: f64) -> [f64; 3] {
-        self.standby.at_rate(self.frame_time_s().unwrap_or(0.0), fps)
+        self.standby.at_rate(self.frame_time_s().unwrap_or(0.0), self.displayed_fps(fps))
     }
 
-    /// Whether the frame takes longer than a period of the display.
+    /// Whether the frame takes longer than a period of the display that shows it.
     pub fn misses_deadline(&self, fps: f64) -> bool {
-        self.frame_time_s().is_some_and(|seconds| seconds > fps.recip())
+        let is_late = self.frame_time_s().is_some_and(|seconds| seconds > fps.recip());
+        is_late && self.task().is_shown()
     }
 }
 

@@ -4,7 +4,7 @@ use super::{
     CycleReport, FrameReport, InvariantViolated, Label, ModelReport, SimError, StageBytes, check,
     regions,
 };
-use crate::flow::{FlowOutcome, FrameTask};
+use crate::flow::{FlowOutcome, FrameTask, Task};
 use crate::kernel::{FrameTiming, UnitCycles};
 use crate::stage::{DRAM_READ, DRAM_WRITE, hardware, stage};
 use powergs_base::quantity::Hertz;
@@ -23,6 +23,10 @@ pub struct Timed {
     pub counters: Counters,
     /// Clock of the machine.
     pub clock: Hertz,
+    /// What the frame is.
+    pub task: Task,
+    /// Cycles from its begin to its end.
+    pub latency: u64,
     /// What came out, with the cycles of clocks.
     pub outcome: FlowOutcome,
 }
@@ -51,7 +55,9 @@ pub fn time(task: &FrameTask<'_>) -> Result<Timed, SimError> {
     }
     check::done(frame, &outcome.actions, machine)?;
     let (sh_degree, counters) = (work.sh_degree(), *work.counters());
-    Ok(Timed { sh_degree, counters, clock: machine.clock, outcome })
+    let (clock, task) = (machine.clock, flow.task(machine));
+    let latency = outcome.timing.frame.saturating_mul(flow.under_way(machine));
+    Ok(Timed { sh_degree, counters, clock, task, latency, outcome })
 }
 
 /// The report of a timed frame, with the prices of its machine or of another energy table for it.
@@ -86,10 +92,12 @@ pub fn priced(
         standby: prices.standby(&activity),
         area: prices.area.clone(),
         phy_standby_w: prices.phy_standby_w,
-        display_w: label.display_w,
+        display_w: label.display_w.filter(|_| timed.task.is_shown()),
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: outcome.timing.clone(),
             clock: timed.clock,
+            task: timed.task,
+            latency: timed.latency,
             executed_evaluations: outcome.executed_evaluations,
             live_evaluations: outcome.live_evaluations,
             unwritten_bytes: outcome.unwritten_bytes,
@@ -117,7 +125,8 @@ impl FrameReport {
         };
         let prices = prices.of_degree(self.colour_degree());
         let work = prices.breakdown(&activity).dynamic().0 * 1e-12 * self.displayed_fps(fps);
-        Some(work + prices.standby(&activity).at_rate(seconds, fps).iter().sum::<f64>())
+        let standby = prices.standby(&activity).at_rate(seconds, self.displayed_fps(fps));
+        Some(work + standby.iter().sum::<f64>())
     }
 }
 

@@ -2,22 +2,25 @@
 //! pixels.
 
 use std::collections::HashMap;
+use std::ops::AddAssign;
 
-use powergs_core::flow::over::pixels::{PixelOrigin, SomePixels};
-use powergs_core::flow::over::pixels::{PixelSummary, RENDERED_PIXELS};
+use powergs_core::flow::over::pixels::{
+    PixelOrigin, PixelSummary, RENDERED_PIXELS, SomePixels, SomeRegions,
+};
+use powergs_core::flow::resident::work::{Region, RegionShape, ResidentFrame};
 use powergs_core::flow::tile_wise::blended::pixel_origins;
 use powergs_core::flow::tile_wise::{FoveaSpec, PixelSource, SamplePattern};
 use powergs_core::flow::{FrameTask, History};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{SimError, Timed, time};
-use powergs_core::workload::{FrameDetail, FrameWorkload, Geometry, bin_for};
+use powergs_core::workload::{FrameDetail, FrameWorkload, Geometry, STORAGE_BLOCK, bin_for};
 use powergs_frame::scene::Camera;
 use powergs_frame::splat::{Splat, TRANSMITTANCE_MIN};
 use powergs_frame::trace::Frame;
 use powergs_testkit::scenes::{front_camera, random_scene};
 
-use crate::pipeline::support::gscore;
+use crate::pipeline::support::{Dice, gscore};
 use crate::workload::support::rendered;
 
 const PIXELS: FrameDetail = FrameDetail { pixels: true, whole: false };
@@ -348,6 +351,70 @@ fn run(machine: &Machine, frames: &[Frame]) -> Vec<Result<Timed, SimError>> {
 }
 
 #[test]
+fn regions_of_the_size_of_tiles_are_rendered_as_tiles_are() {
+    let (mut rendered, mut moved) = (0, 0);
+    for seed in 1..4 {
+        let w = binned(&path(seed, 3, 0.05));
+        let machine = machine(PixelSource::Warped, |m| m.tiles_mut().pixels.holes = 0.1);
+        let filter = machine.tiles().pixel_filter().expect("a source");
+        let (tiles, mut history) = (some(&machine, &w), History::default());
+        for (frame, tiles) in w.iter().zip(&tiles) {
+            let regions = SomeRegions::of(filter, frame, [16; 2], None, &mut history);
+            assert_eq!(regions.summary, tiles.summary);
+            assert_eq!(regions.blocks, tiles.blocks);
+            assert_eq!(regions.wanted.is_some(), tiles.made.is_some());
+            let (Some(wanted), Some(made)) = (&regions.wanted, &tiles.made) else { continue };
+            for ((&wanted, made), whole) in wanted.iter().zip(&made.tiles).zip(&frame.tiles) {
+                assert_eq!(made.entries, if wanted { whole.entries } else { 0 });
+                [&mut moved, &mut rendered][usize::from(wanted)].add_assign(1);
+            }
+        }
+    }
+    assert!(rendered > 10 && moved > 10, "{rendered} {moved}");
+}
+
+#[test]
+fn a_part_of_the_regions_has_what_is_in_them() {
+    let mut dice = Dice::new(3);
+    for frame in path(2, 3, 0.1) {
+        let shape =
+            RegionShape { width: 25, height: 17, ..RegionShape::of(&[0, 0, 0, 4, 0, 1, 0]) };
+        let whole = ResidentFrame::new(&frame, shape);
+        assert_eq!(whole.with_some(&vec![true; whole.regions.len()]), whole);
+        let wanted: Vec<bool> = whole.regions.iter().map(|_| dice.roll(0, 1) == 1).collect();
+        let part = whole.with_some(&wanted);
+        let lists = |of: &ResidentFrame| -> Vec<Vec<u32>> {
+            let list = |r: &Region| {
+                let own = &of.entries[r.start as usize..][..r.entries as usize];
+                own.iter().map(|entry| of.index[of.slot[entry.rank as usize] as usize]).collect()
+            };
+            of.regions.iter().map(list).collect()
+        };
+        let mut expected = lists(&whole);
+        let mut keep = wanted.iter();
+        expected.retain(|_| *keep.next().expect("each has one"));
+        assert_eq!(lists(&part), expected);
+        let mut seen: Vec<u32> = expected.iter().flatten().copied().collect();
+        let entries = |to: usize| seen.iter().filter(|&&i| (i as usize) < to).count() as u64;
+        for (i, (own, of_whole)) in part.storage.iter().zip(&whole.storage).enumerate() {
+            let to = if i + 1 == part.storage.len() {
+                usize::MAX
+            } else {
+                (i + 1) * STORAGE_BLOCK as usize
+            };
+            assert_eq!(own.entries, entries(to), "{i}");
+            // The front looks at all that are shown.
+            assert_eq!([own.survivors, own.rows], [of_whole.survivors, of_whole.rows]);
+        }
+        assert_eq!(part.counters.tile_pairs, seen.len() as u64);
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(part.index, seen);
+        assert_eq!(part.storage.last().map(|all| all.splats), Some(seen.len() as u64));
+    }
+}
+
+#[test]
 fn what_is_moved_is_read_and_written_once_and_takes_its_time() {
     let frames = path(6, 2, 0.02);
     let w = binned(&frames);
@@ -384,7 +451,7 @@ fn what_cannot_be_shown_is_refused() {
     let few = machine(PixelSource::Warped, |m| {
         m.tiles_mut().pixels.buffer.capacity = powergs_base::quantity::Bytes(20);
     });
-    refused(&few, &["20 tiles", "40 B", "pixels.buffer.capacity"]);
+    refused(&few, &["20 parts of the image", "40 B", "pixels.buffer.capacity"]);
     let one = machine(PixelSource::Warped, |_| {});
     let error = one.flow().goes_over(&one, 1).expect_err("one frame");
     assert!(error.contains("--path-frames") && error.contains("pixels.period"), "{error}");

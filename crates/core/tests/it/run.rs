@@ -326,3 +326,21 @@ fn traces_that_cannot_be_read_are_inputs_at_fault() {
     trace.select(1, Some(99)).expect("two frames");
     assert_eq!(trace.range(), 1..3);
 }
+
+#[test]
+fn dataflows_of_equal_numbers_each_have_what_they_take_over_themselves() {
+    let tiles = ["geometry.subtile=8", "geometry.sort-group=16", "geometry.test=aabb"];
+    let sizes = ["fovea=none", "geometry.tile=16", "record.pixel=24 B"];
+    let warped = ["pixels.impl=warped", "pixels.period=4"];
+    let gscore = system("gscore", &[&tiles[..], &sizes, &warped].concat());
+    let gpu = system("orin-nx", &[&["blend.pixel=24 B"][..], &warped].concat());
+    let of = |system: &System| {
+        let flow = system.machine().flow();
+        (flow.work_key(system.machine()), flow.takes_over(system.machine()))
+    };
+    assert_eq!(of(&gscore), of(&gpu), "they share what is prepared, and nothing else");
+    let reports = |systems: &[System]| Session::new(&mut trace(), &()).reports(systems).unwrap();
+    let both = reports(&[gscore.clone(), gpu.clone()]);
+    let alone = [gscore, gpu].map(|system| reports(&[system]).remove(0));
+    assert!(both == alone);
+}

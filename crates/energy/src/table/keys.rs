@@ -26,6 +26,63 @@ pub struct ActionPrice {
     pub source: String,
 }
 
+/// What areas and powers of a table are of: numbers of blocks and of whole modules stand beside each
+/// other, and are not the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PriceScope {
+    /// What the area is of.
+    pub area: AreaScope,
+    /// What the power is of.
+    pub power: PowerScope,
+}
+
+/// What an area is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AreaScope {
+    /// The units that render, their buffers, and the chip's side of the memory.
+    Block,
+    /// A die that does little else: that of a GPU.
+    Die,
+    /// A die with processors, codecs and all else that a module needs.
+    Soc,
+}
+
+impl AreaScope {
+    /// The name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            AreaScope::Block => "block",
+            AreaScope::Die => "die",
+            AreaScope::Soc => "soc",
+        }
+    }
+}
+
+/// What a power is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PowerScope {
+    /// The block that renders, and the memory.
+    BlockAndMemory,
+    /// A module: processors, memory and converters of voltages too.
+    Module,
+    /// A graphics card.
+    Board,
+}
+
+impl PowerScope {
+    /// The name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PowerScope::BlockAndMemory => "block-and-memory",
+            PowerScope::Module => "module",
+            PowerScope::Board => "board",
+        }
+    }
+}
+
 /// The price of moving one byte.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

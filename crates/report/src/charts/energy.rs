@@ -36,14 +36,17 @@ pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     let stages = power.shown();
     let names: Vec<&str> = stages.iter().map(|s| s.name()).collect();
     let left = panel(&names, &stages, &energy, None, "J");
-    let heading = format!("{} a frame at full rate", engineering(energy.total(), "J"));
+    let task = run.facts.machine.task;
+    let heading = format!("{} a {} at full rate", engineering(energy.total(), "J"), task.noun());
     let left = left.heading(Words::bold(heading));
     let all: Vec<&str> = names.iter().copied().chain(display.map(|_| "display")).collect();
     let right = panel(&all, &stages, &power, display, "W");
     let beside = display.map_or(String::new(), |w| format!(" + display {}", engineering(w, "W")));
-    let at = match record.misses() {
-        false => format!("{} FPS", rate(fps)),
-        true => format!("{} FPS (misses {})", significant(record.displayed_fps()), rate(fps)),
+    let reached = format!("{} {}", significant(record.displayed_fps()), task.per_second());
+    let at = match (task.is_shown(), record.misses()) {
+        (false, _) => reached,
+        (true, true) => format!("{reached} (misses {})", rate(fps)),
+        (true, false) => format!("{} FPS", rate(fps)),
     };
     let heading = format!("{} at {at}{beside}", engineering(power.total(), "W"));
     let mut right = right.heading(Words::bold(heading));

@@ -29,35 +29,40 @@ pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     let time_ms = record.aggregate(Key::FrameTime)?;
     let times: Vec<f64> =
         run.frames.iter().filter_map(|f| f.frame_time_s()).map(|s| s * 1e3).collect();
-    let deadline = 1e3 / run.facts.display_fps;
-    let misses = record.deadline_misses()?;
+    // Nobody waits for steps.
+    let deadline = Some(1e3 / run.facts.display_fps).filter(|_| run.facts.machine.task.is_shown());
+    let missed = record
+        .deadline_misses()
+        .zip(deadline)
+        .map(|(misses, ms)| format!("; {misses} of {} over {} ms", times.len(), significant(ms)));
     let numbers = format!(
-        "mean {} ms, {} {} ms; {misses} of {} over {} ms",
+        "mean {} ms, {} {} ms{}",
         significant(time_ms.mean),
         if times.len() < HUNDRED { "slowest" } else { "p99" },
         significant(time_ms.p99.as_f64()),
-        times.len(),
-        significant(deadline)
+        missed.unwrap_or_default()
     );
     let frames: Vec<f64> = run.frames.iter().map(|f| f.frame as f64).collect();
     let points: Vec<Place> = frames.into_iter().zip(times).collect();
     let high = points.iter().map(|p| p.1).fold(0.0, f64::max);
-    let (ms, fps) = (significant(deadline), rate(run.facts.display_fps));
-    let line = if deadline <= FAR * high {
-        let name = format!("deadline {ms} ms ({fps} FPS)");
-        Entry::new(name, Symbol::Dashed(Colour::VERMILION))
-    } else {
-        Entry::note(format!("deadline {ms} ms ({fps} FPS): above this chart"))
-    };
+    let fps = rate(run.facts.display_fps);
+    let line = deadline.map(|deadline| {
+        let name = format!("deadline {} ms ({fps} FPS)", significant(deadline));
+        match deadline <= FAR * high {
+            true => Entry::new(name, Symbol::Dashed(Colour::VERMILION)),
+            false => Entry::note(format!("{name}: above this chart")),
+        }
+    });
     let bars = points.len() <= BARS;
     let symbol = |c| if bars { Symbol::Fill(c) } else { Symbol::Curve(c) };
     let late = if bars { Symbol::Fill(LATE) } else { Symbol::Dot(LATE) };
-    let chart = Chart::new(NAME, TITLE, subtitle(run, &numbers)).legend([
-        Entry::new("frame", symbol(Colour::BLUE)),
-        Entry::new("over the deadline", late),
-        line,
-    ]);
-    Some(chart.panel(panel(points, deadline)))
+    let chart = Chart::new(NAME, TITLE, subtitle(run, &numbers));
+    let Some(line) = line else {
+        return Some(chart.panel(panel(points, f64::INFINITY)));
+    };
+    let entries =
+        [Entry::new("frame", symbol(Colour::BLUE)), Entry::new("over the deadline", late), line];
+    Some(chart.legend(entries).panel(panel(points, deadline.unwrap_or(f64::INFINITY))))
 }
 
 fn panel(points: Vec<Place>, deadline: f64) -> Panel {

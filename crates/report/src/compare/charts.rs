@@ -26,6 +26,8 @@ pub fn charts(comparison: &Comparison, budget_w: Option<f64>) -> Vec<Chart> {
     if sides.iter().all(|s| s.statistics.has_time()) {
         charts.push(cycles(sides, subtitle));
     }
+    let trace = std::slice::from_ref(&comparison.sides[0].trace);
+    charts.extend(steps(std::slice::from_ref(comparison), trace));
     charts
 }
 
@@ -167,6 +169,28 @@ pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
     let axis = Axis::new("share of its own energy per frame, %", Scale::from_zero(100.0));
     let panels = others.panels(&axis, ", other technology nodes", None);
     panels.into_iter().fold(chart, Chart::panel)
+}
+
+/// Where the steps of machines go, trace by trace; `None` where none trains or tracks.
+pub fn steps(all: &[Comparison], traces: &[String]) -> Option<Chart> {
+    let mut rows = Vec::new();
+    for (comparison, trace) in all.iter().zip(traces) {
+        for (label, parts) in crate::steps::of_sides(&comparison.sides) {
+            let name = match traces.len() {
+                1 => shortened(label, 24),
+                _ => format!("{}: {}", shortened(trace, 20), shortened(label, 20)),
+            };
+            rows.push((name, parts));
+        }
+    }
+    let shown = rows.len().min(MOST_ROWS);
+    let subtitle = match shown < rows.len() {
+        true => format!("the first {shown} of {} machines on traces", rows.len()),
+        false if traces.len() == 1 => traces[0].clone(),
+        false => format!("{} traces", traces.len()),
+    };
+    rows.truncate(shown);
+    crate::steps::chart(&rows, subtitle)
 }
 
 /// What an older report does not say is not drawn.

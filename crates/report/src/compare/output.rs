@@ -10,7 +10,7 @@ use powergs_base::TOOL_VERSION;
 use powergs_core::sim::statistics::{catalogue, shown};
 use powergs_core::sim::{MODEL_VERSION, made_by};
 use powergs_study::findings::bottleneck;
-use powergs_study::findings::compare::{Better, Comparison, Side};
+use powergs_study::findings::compare::{Better, Comparison, Decision, DecisionRow, Side};
 use powergs_study::run_record::SCHEMA_VERSION;
 
 /// The comparison as one object: sides, measures with ratios and differences to the first side,
@@ -23,6 +23,9 @@ pub fn json(comparison: &Comparison) -> Json {
             json!({
                 "label": s.label,
                 "machine": s.machine,
+                "task": s.task.name(),
+                "area_scope": if s.is_block { "block" } else { "chip" },
+                "power_scope": s.power_scope,
                 "energy_table": s.energy_table,
                 "node_nm": s.node_nm,
                 "model": s.model,
@@ -56,6 +59,8 @@ pub fn json(comparison: &Comparison) -> Json {
             })
         })
         .collect();
+    let basis = comparison.basis();
+    let basis = basis.iter().map(|(part, values)| json!({ "name": part.name(), "values": values }));
     let mut statistics = Map::new();
     for i in shown_of(comparison) {
         statistics.insert(catalogue()[i].name.clone(), json!(means(comparison, i)));
@@ -65,10 +70,54 @@ pub fn json(comparison: &Comparison) -> Json {
         "tool_version": TOOL_VERSION,
         "model_version": MODEL_VERSION,
         "sides": sides,
+        "basis": basis.collect::<Vec<_>>(),
         "notes": comparison.notes.iter().map(note).collect::<Vec<_>>(),
         "measures": measures,
         "means": statistics,
     })
+}
+
+/// Who meets what, as a list: a row a trace and machine.
+pub fn decision_json(all: &[Comparison], decision: &Decision, traces: &[String]) -> Json {
+    let row = |row: &DecisionRow| {
+        let side = &all[row.trace].sides[row.side];
+        json!({
+            "trace": traces[row.trace],
+            "machine": side.label,
+            "task": side.task.name(),
+            "fps": row.fps,
+            "slowest_ms": row.slowest_ms,
+            "missed": row.missed,
+            "frames": row.frames,
+            "power_w": row.power_w,
+            "area_mm2": row.area_mm2,
+            "is_met": row.is_met(),
+            "verdict": super::decision::verdict(row, side),
+        })
+    };
+    Json::Array(decision.rows.iter().map(row).collect())
+}
+
+/// `decision.csv`: the same.
+pub fn decision_csv(all: &[Comparison], decision: &Decision, traces: &[String]) -> Vec<u8> {
+    let mut table =
+        Table::record("trace machine task fps slowest_ms missed frames power_w area_mm2 verdict");
+    for row in &decision.rows {
+        let side = &all[row.trace].sides[row.side];
+        table.row([
+            traces[row.trace].as_str().into(),
+            side.label.as_str().into(),
+            side.task.name().into(),
+            row.fps.into(),
+            row.slowest_ms.into(),
+            row.missed.map(|n| n as f64).into(),
+            Cell::from(Some(row.frames as f64)),
+            row.power_w.into(),
+            row.area_mm2.into(),
+            super::decision::verdict(row, side).into(),
+        ]);
+    }
+    table.csv()
 }
 
 /// `compare.csv`: a row per measure and per statistic (means); a column per side, then per ratio

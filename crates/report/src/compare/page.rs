@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::decision;
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use crate::format::{percent, rate, significant};
 use powergs_base::TOOL_VERSION;
@@ -11,28 +12,50 @@ use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::UnitPart;
 use powergs_core::stage::hardware;
 use powergs_energy::action::Phase;
-use powergs_study::findings::compare::{ComparedMeasure, Comparison, Measure, Note, Side};
+use powergs_study::findings::compare::{
+    ComparedMeasure, Comparison, Decision, Limits, Measure, Note, Side,
+};
 use powergs_study::findings::{Key, Record, bottleneck};
 use powergs_study::speedup::SpeedUp;
 
 /// Characters of the name of a side on a terminal.
 const LABEL: usize = 14;
+/// Fewer frames have no 99th percentile: it is the slowest.
+const HUNDRED: u64 = 100;
 /// Shares of cycles below this are left to the page.
 const LEAST: f64 = 0.05;
 
+/// What is decided by: who meets the rate of the display, and what else is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Decided<'a> {
+    /// Machines on traces.
+    pub decision: &'a Decision,
+    /// What is asked for besides the display rate.
+    pub limits: &'a Limits,
+}
+
 /// What is printed, and the page with `charts` beside it. `folder` is where the page is.
-pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>) -> Document {
+pub fn document(
+    comparison: &Comparison,
+    decided: Decided<'_>,
+    charts: &[Chart],
+    folder: Option<&str>,
+) -> Document {
     let (labels, first) = (comparison.labels(), &comparison.sides[0]);
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title(labels.join(" against ").into()));
     page.page_paragraph(format!(
         "{}: {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
         first.trace,
-        first.shown.at_rate(first.frames, first.display_fps),
+        shown(comparison),
         first.model
     ));
+    let traces = std::slice::from_ref(&first.trace);
+    decision::add(&mut page, std::slice::from_ref(comparison), decided, traces);
+    basis(&mut page, comparison);
     page.page_heading("Measures");
     page.table(measures(comparison));
+    steps(&mut page, comparison);
     page.page_heading("Stages, per frame");
     page.table(stages(&comparison.sides));
     page.page_heading("Units, share of their cycles");
@@ -43,7 +66,8 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     differences(&mut page, &comparison.sides);
     page.charts(charts);
     page.page_paragraph(Text::marked(
-        "Every statistic of every side: `compare.csv`; what it was made from: `run.toml`.",
+        "Who meets what: `decision.csv`; every statistic of every side: `compare.csv`; what it was \
+         made from: `run.toml`.",
     ));
     let report = folder.map(|folder| ("report".to_owned(), folder.into()));
     page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
@@ -54,6 +78,7 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
 /// where the page is.
 pub fn document_of(
     all: &[Comparison],
+    decided: Decided<'_>,
     speedup: &SpeedUp,
     charts: &[Chart],
     folder: Option<&str>,
@@ -65,35 +90,68 @@ pub fn document_of(
         "Model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
         all[0].sides[0].model
     ));
-    page.table(crate::speedup::table(speedup));
+    decision::add(&mut page, all, decided, &speedup.traces);
+    basis(&mut page, &all[0]);
+    page.heading("Back to back");
+    page.page_paragraph("Rates and energies of frames that follow one another without a display.");
+    page.on(Shown::Page, Block::Table(crate::speedup::table(speedup)));
+    page.on(Shown::Terminal, Block::Table(crate::speedup::means_table(speedup)));
     // What holds on all traces is said once.
     let is_common = |note: &Note| all.iter().all(|c| c.notes.contains(note));
     notes(&mut page, all[0].notes.iter().filter(|note| is_common(note)));
     page.charts(charts);
-    differences(&mut page, &all[0].sides);
     for (comparison, trace) in all.iter().zip(&speedup.traces) {
         let sides = &comparison.sides;
-        let first = &sides[0];
-        let frames = first.shown.at_rate(first.frames, first.display_fps);
+        let frames = shown(comparison);
         page.heading(format!("{trace}: {frames}"));
         page.table(measures(comparison));
+        steps(&mut page, comparison);
         page.on(Shown::Page, Block::Table(stages(sides)));
         page.on(Shown::Page, Block::Table(stalls(sides, 0.0)));
         limits(&mut page, comparison);
         let own = comparison.notes.iter().filter(|note| !is_common(note));
         notes(&mut page, own);
     }
+    differences(&mut page, &all[0].sides);
     page.page_paragraph(Text::marked(
-        "Every statistic of every side: `compare.csv`; speed-ups: `speedup.csv`; what it was made \
-         from: `run.toml`.",
+        "Who meets what: `decision.csv`; every statistic of every side: `compare.csv`; speed-ups: \
+         `speedup.csv`; what it was made from: `run.toml`.",
     ));
     let report = folder.map(|folder| ("report".to_owned(), folder.into()));
     page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
     page
 }
 
-/// The keys of the machine files that differ.
+/// Where the steps of sides go that train or track.
+fn steps(page: &mut Document, comparison: &Comparison) {
+    let all = crate::steps::of_sides(&comparison.sides);
+    if !all.is_empty() {
+        page.page_heading("Parts of a step");
+        page.table(crate::steps::table(&all));
+    }
+}
+
+/// What is not the same of what the numbers of the sides are of.
+fn basis(page: &mut Document, comparison: &Comparison) {
+    let rows = comparison.basis();
+    if rows.is_empty() {
+        return;
+    }
+    page.page_heading("What the numbers are of");
+    page.on(Shown::Terminal, Block::Facts(decision::basis_facts(comparison, &rows)));
+    page.on(Shown::Page, Block::Table(decision::basis_table(comparison, rows)));
+}
+
+/// The keys of the machine files that differ: of one dataflow, since those of two have hardly any
+/// in common.
 fn differences(page: &mut Document, sides: &[Side]) {
+    let flow = |side: &Side| {
+        let machine = side.record.get("configuration")?.get("machine")?;
+        machine.get("dataflow").and_then(toml::Value::as_str).map(str::to_owned)
+    };
+    if sides.iter().any(|side| flow(side) != flow(&sides[0])) {
+        return;
+    }
     fn leaves(value: &toml::Value, path: String, keys: &mut Vec<(String, String)>) {
         match value.as_table() {
             Some(table) => table.iter().for_each(|(key, value)| {
@@ -152,23 +210,48 @@ fn notes<'a>(page: &mut Document, notes: impl IntoIterator<Item = &'a Note>) {
     }
 }
 
-/// What a measure is called, with its unit; `rate` is the display rate of the first side.
-fn words(measure: Measure, rate: f64) -> String {
+/// Frames, what each shows, and the rate of the display where there is one.
+fn shown(comparison: &Comparison) -> String {
+    let first = &comparison.sides[0];
+    match comparison.sides.iter().any(|side| side.task.is_shown()) {
+        true => first.shown.at_rate(first.frames, first.display_fps),
+        false => format!("{} of {}", first.shown.counted(first.frames), first.shown.size()),
+    }
+}
+
+/// Whether frames of some side take longer than from one to the next.
+fn has_latency(comparison: &Comparison) -> bool {
+    let values = |measure| &comparison.row(measure).values;
+    values(Measure::Latency) != values(Measure::FrameTime)
+}
+
+/// What a measure is called, with its unit.
+fn words(measure: Measure, comparison: &Comparison) -> String {
+    let rate = crate::format::rate(comparison.sides[0].display_fps);
+    let noun = comparison.task().map_or("frame or step", |task| task.noun());
+    let frames = comparison.sides.iter().map(|side| side.frames).max().unwrap_or(0);
+    let time = if has_latency(comparison) { "interval" } else { "time" };
     let words = match measure {
-        Measure::FrameTime => "frame time, ms",
-        Measure::FrameTimeP99 => "frame time, p99, ms",
-        Measure::Throughput => "frames per second",
-        Measure::Energy => "energy per frame, mJ",
-        Measure::Displayed => return format!("FPS shown, of {}", crate::format::rate(rate)),
-        Measure::Power => return format!("power at {} FPS, W", crate::format::rate(rate)),
+        Measure::FrameTime => return format!("{noun} {time}, ms"),
+        Measure::FrameTimeP99 if frames < HUNDRED => {
+            return format!("{noun} {time}, max of {frames}, ms");
+        }
+        Measure::FrameTimeP99 => return format!("{noun} {time}, p99, ms"),
+        Measure::Latency => return format!("{noun} latency, ms"),
+        Measure::Throughput => {
+            return format!("{} per second", noun.replace(" or ", "s or ") + "s");
+        }
+        Measure::Energy => return format!("energy per {noun}, mJ"),
+        Measure::Displayed => return format!("FPS shown, of {rate}"),
+        Measure::Power => return format!("power at {rate} FPS, W"),
         Measure::PowerFullRate => "power at full rate, W",
-        Measure::DramBytes => "DRAM, MB per frame",
+        Measure::DramBytes => return format!("DRAM, MB per {noun}"),
         Measure::DramPeak => "DRAM peak, GB/s",
         Measure::Area => "area of the die, mm²",
         Measure::AreaCore => "of it the core (papers), mm²",
         Measure::Node => "node, nm",
-        Measure::FpsPerWatt => "FPS per W (frames per J)",
-        Measure::FpsPerArea => "FPS per mm² of die",
+        Measure::FpsPerWatt => return format!("{noun}s per J"),
+        Measure::FpsPerArea => return format!("{noun}s per second and mm² of die"),
     };
     words.to_owned()
 }
@@ -176,8 +259,12 @@ fn words(measure: Measure, rate: f64) -> String {
 /// What else differs, as a sentence without its full stop.
 pub fn note(note: &Note) -> String {
     fn differ<T>(what: &str, values: &[T], of: impl Fn(&T) -> String, so: &str) -> String {
-        let mut shown: Vec<String> = values.iter().map(of).collect();
-        shown.dedup();
+        let mut shown: Vec<String> = Vec::new();
+        for value in values.iter().map(of) {
+            if !shown.contains(&value) {
+                shown.push(value);
+            }
+        }
         format!("{what} differ ({}): {so}", shown.join(", "))
     }
     let file = |(name, hash): &(String, String)| format!("{name} {hash:.8}");
@@ -195,6 +282,31 @@ pub fn note(note: &Note) -> String {
             };
             differ("technology nodes", nodes, |nm| format!("{nm} nm"), so)
         }
+        Note::Tasks { tasks, across } => {
+            let so = if *across {
+                "ratios are those of tasks and machines together"
+            } else {
+                "times, rates and energies have no ratios; compare machines of one task (trainers \
+                 of GPUs: `orin-nx-train`), or take ratios --across-tasks"
+            };
+            differ("tasks", tasks, String::clone, so)
+        }
+        Note::Scopes { scopes, across } => {
+            let so = if *across {
+                "ratios of energy and power are those of what is counted and of machines together; \
+                 areas have none"
+            } else {
+                "areas, energies and powers have no ratios; take those of energies and powers \
+                 --across-nodes"
+            };
+            differ("what is counted", scopes, String::clone, so)
+        }
+        Note::Starved { label, gets, asks } => format!(
+            "the second master of {label} is STARVED: it gets {} of {} GB/s \
+             (`dram.second-master.in-flight`)",
+            significant(*gets),
+            significant(*asks)
+        ),
         Note::Models(v) => differ("models", v, String::clone, "one of them has no time of its own"),
         Note::EnergyTables(v) => {
             differ("energy tables", v, String::clone, "joules have other prices")
@@ -243,7 +355,7 @@ pub fn note(note: &Note) -> String {
 }
 
 /// A column of names, then one of `kind` for each side.
-fn columns(first: &str, kind: Kind, sides: &[Side]) -> Vec<Column> {
+pub(super) fn columns(first: &str, kind: Kind, sides: &[Side]) -> Vec<Column> {
     let side = |s: &Side| Column::new(s.label.clone(), kind).at_most(LABEL);
     [Column::text(first)].into_iter().chain(sides.iter().map(side)).collect()
 }
@@ -262,10 +374,13 @@ fn measures(comparison: &Comparison) -> Table {
         columns.extend(comparison.sides[1..].iter().map(|side| of(side).group(group.clone())));
     }
     let mut table = Table::new(columns);
-    let is_shown =
-        |row: &&ComparedMeasure| row.measure.is_shown() && row.values.iter().any(Option::is_some);
+    let is_repeated =
+        |row: &ComparedMeasure| row.measure == Measure::Latency && !has_latency(comparison);
+    let is_shown = |row: &&ComparedMeasure| {
+        row.measure.is_shown() && !is_repeated(row) && row.values.iter().any(Option::is_some)
+    };
     for row in comparison.rows.iter().filter(is_shown) {
-        let mut cells = vec![words(row.measure, comparison.sides[0].display_fps).into()];
+        let mut cells = vec![words(row.measure, comparison).into()];
         cells.extend(row.values.iter().map(|v| Cell::from(*v)));
         if n == 2 {
             cells.push(row.difference(1).into());

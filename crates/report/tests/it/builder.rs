@@ -1,6 +1,7 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
 use powergs_base::quantity::{Hertz, Picojoules, SquareMillimetres};
+use powergs_core::flow::Task;
 use powergs_core::flow::over::pixels::PixelSummary;
 use powergs_core::flow::over::second_eye::StereoSummary;
 use powergs_core::flow::steps::StepCycles;
@@ -93,6 +94,8 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timing(cycles),
             clock: Hertz(1e9),
+            task: Task::RENDER,
+            latency: cycles,
             unwritten_bytes: 0,
             executed_evaluations: 64 * n,
             live_evaluations: 50 * n,
@@ -248,6 +251,7 @@ fn timing(cycles: u64) -> FrameTiming {
             unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
             unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
             unit("pxu", 1, [0.03, 0.01, 0.0, 0.01]),
+            unit("ltu", 1, [0.02, 0.01, 0.0, 0.0]),
             unit("gru", 4, [0.02, 0.01, 0.0, 0.02]),
             unit("colour", 4, [0.02, 0.0, 0.0, 0.0]),
         ],
@@ -333,9 +337,11 @@ pub fn facts(frames: usize) -> Facts {
     Facts {
         model: Model::Cycle,
         display_fps: 60.0,
+        latency_ms: None,
         trace: TraceFacts { name: "garden".into(), frames, shown },
         machine: MachineFacts {
             name: "gscore".into(),
+            task: Task::RENDER,
             energy_table: "gscore-28nm".into(),
             node_nm: Some(28.0),
             clock_hz: Some(1e9),
@@ -419,6 +425,7 @@ pub fn paper() -> Run {
     run.experiments = Experiments::default();
     run.facts.machine = MachineFacts {
         name: "paper".into(),
+        task: Task::RENDER,
         energy_table: "paper".into(),
         node_nm: None,
         clock_hz: None,

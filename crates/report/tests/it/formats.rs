@@ -82,7 +82,7 @@ fn run_toml() {
         # What this report was made from. The command that was typed: invocation.toml.
         schema-version = 3
         tool-version = "0.2.0"
-        model-version = 14
+        model-version = 15
         trace-version = "2.2"
         commit = "unknown"
         model = "cycle"
@@ -97,6 +97,7 @@ fn run_toml() {
         width-px = 979
         height-px = 546
         machine = "gscore"
+        task = "render"
         energy-table = "gscore-28nm"
         node-nm = 28.0
         clock-hz = 1000000000.0

@@ -9,7 +9,7 @@ use powergs_core::workload::reuse::ReuseSummary;
 use powergs_report::limits::{line, prices, sum};
 use powergs_report::page::document;
 use powergs_report::{charts, json};
-use powergs_study::findings::compare::{Comparison, Side};
+use powergs_study::findings::compare::{Across, Comparison, Decision, Limits, Side};
 use powergs_study::findings::limits::{Bias, Effect, Mattered, Why, not_modelled};
 use powergs_study::findings::prices::{PriceBar, PriceBars};
 use powergs_study::run_record::Run;
@@ -138,7 +138,7 @@ fn a_comparison_says_whose_dram_prices_rest_on_what() {
         .expect("a table");
         Side::of_run(&run).expect("frames")
     };
-    let text = |sides: [Side; 2]| document_of(&Comparison::new(sides.into(), false));
+    let text = |sides: [Side; 2]| document_of(&Comparison::new(sides.into(), Across::default()));
     let other = text([side("banked", "A43"), side("banked", "A46")]);
     let said = "price assumptions of the DRAM differ (A40 and A43, A40 and A46)";
     assert!(other.contains(said), "{other}");
@@ -152,5 +152,8 @@ fn a_comparison_says_whose_dram_prices_rest_on_what() {
 }
 
 fn document_of(comparison: &Comparison) -> String {
-    powergs_report::compare::document(comparison, &[], None).terminal(300)
+    let limits = Limits::default();
+    let decision = Decision::of(std::slice::from_ref(comparison), &limits).expect("no condition");
+    let decided = powergs_report::compare::Decided { decision: &decision, limits: &limits };
+    powergs_report::compare::document(comparison, decided, &[], None).terminal(300)
 }

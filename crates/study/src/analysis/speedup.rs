@@ -38,8 +38,7 @@ pub fn of(analysis: &Analysis) -> Option<SpeedUp> {
         let row = *over_traces.iter().find(is_it)?;
         let energy_j = table.number("energy_pj.mean", row)? * 1e-12;
         let fps = table.number("fps.mean", row)?;
-        let fps_per_mm2 = table.number("area_mm2.core", row).map(|mm2| fps / mm2);
-        Some(Speed { fps, energy_j, fps_per_mm2 })
+        Some(Speed { fps, energy_j })
     };
     let machine = |&design: &u32| {
         let label = match table.label(design) {
@@ -47,7 +46,7 @@ pub fn of(analysis: &Analysis) -> Option<SpeedUp> {
             label => label,
         };
         let speeds = traces.iter().map(|t| speed(design, t)).collect();
-        MachineSpeed { label, speeds, is_comparable: true }
+        MachineSpeed { label, speeds, is_comparable: [true; 2] }
     };
     let machines = rows.iter().map(machine).collect();
     SpeedUp::new(traces.iter().map(|t| (*t).to_owned()).collect(), machines)

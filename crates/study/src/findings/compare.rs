@@ -1,11 +1,16 @@
 //! Two or more runs beside each other: measures, ratios, and what else differs.
 
+mod basis;
+mod decision;
 mod folder;
 mod side;
 
+pub use basis::Basis;
+pub use decision::{Decision, DecisionRow, Limits, Shortfall};
 pub use folder::{RESULTS_FIRST, SideError};
 pub use side::{OffClock, Side};
 
+use powergs_core::flow::Task;
 use powergs_core::sim::statistics::Key;
 
 /// Which way is better.
@@ -22,10 +27,12 @@ pub enum Better {
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
-    /// Frame time, milliseconds, mean.
+    /// Distance of frames that run back to back, milliseconds, mean.
     FrameTime,
-    /// 99 % of the frames take at most this, milliseconds.
+    /// 99 % of the frames take at most this, milliseconds: the slowest of fewer than 100.
     FrameTimeP99,
+    /// Time of a frame from its first read to its last write, milliseconds, mean.
+    Latency,
     /// Frames per second, back to back.
     Throughput,
     /// Energy of a frame, millijoules.
@@ -54,9 +61,10 @@ pub enum Measure {
 
 impl Measure {
     /// All measures, in report order.
-    pub const ALL: [Measure; 14] = [
+    pub const ALL: [Measure; 15] = [
         Measure::FrameTime,
         Measure::FrameTimeP99,
+        Measure::Latency,
         Measure::Throughput,
         Measure::Energy,
         Measure::Displayed,
@@ -89,6 +97,7 @@ impl Measure {
             | Measure::FpsPerArea => true,
             Measure::FrameTime
             | Measure::FrameTimeP99
+            | Measure::Latency
             | Measure::Throughput
             | Measure::Displayed
             | Measure::DramBytes
@@ -97,11 +106,22 @@ impl Measure {
         }
     }
 
+    /// Whether it is an area, or by area.
+    pub const fn is_of_an_area(self) -> bool {
+        matches!(self, Measure::Area | Measure::AreaCore | Measure::FpsPerArea)
+    }
+
+    /// Whether it says as much of what is done as of who does it.
+    pub const fn is_of_a_task(self) -> bool {
+        !matches!(self, Measure::DramPeak | Measure::Area | Measure::AreaCore | Measure::Node)
+    }
+
     /// The name in JSON and CSV: snake_case with its unit.
     pub const fn name(self) -> &'static str {
         match self {
             Measure::FrameTime => "frame_time_ms",
             Measure::FrameTimeP99 => "frame_time_p99_ms",
+            Measure::Latency => "frame_latency_ms",
             Measure::Throughput => "throughput_fps",
             Measure::Energy => "energy_per_frame_mj",
             Measure::Displayed => "displayed_fps",
@@ -122,6 +142,7 @@ impl Measure {
         match self {
             Measure::FrameTime
             | Measure::FrameTimeP99
+            | Measure::Latency
             | Measure::Energy
             | Measure::Power
             | Measure::DramBytes
@@ -144,8 +165,11 @@ impl Measure {
         let value = match self {
             Measure::FrameTime => time_ms?.mean,
             Measure::FrameTimeP99 => time_ms?.p99.as_f64(),
+            Measure::Latency => record.mean(Key::FrameLatency)?,
             Measure::Throughput => fps()?,
             Measure::Energy => energy_j * 1e3,
+            // No display waits for steps of training.
+            Measure::Displayed | Measure::Power if !side.task.is_shown() => return None,
             Measure::Displayed => time_ms.map(|_| record.displayed_fps())?,
             Measure::Power => record.value(Key::Power),
             Measure::PowerFullRate => energy_j * fps()?,
@@ -154,6 +178,8 @@ impl Measure {
             }
             Measure::DramPeak => side.dram_peak_gb_s?,
             Measure::Area => record.mean(Key::Area)?,
+            // What papers print of a block; the rest of an SoC is no core.
+            Measure::AreaCore if !side.is_block => return None,
             Measure::AreaCore => record.mean(Key::AreaCore)?,
             Measure::Node => side.node_nm?,
             Measure::FpsPerWatt => 1.0 / energy_j,
@@ -182,7 +208,7 @@ impl ComparedMeasure {
     }
 
     /// The value of side `i` over that of the first side; `None` where they are of different
-    /// technologies.
+    /// technologies, or do different things.
     pub fn ratio(&self, i: usize) -> Option<f64> {
         let (first, other) = self.both(i)?;
         (first != 0.0).then(|| other / first)
@@ -206,6 +232,29 @@ pub enum Note {
     Nodes {
         /// Nanometres.
         nodes: Vec<f64>,
+        /// Whether ratios across them were asked for.
+        across: bool,
+    },
+    /// What a frame is.
+    Tasks {
+        /// Its name on each side.
+        tasks: Vec<String>,
+        /// Whether ratios across them were asked for.
+        across: bool,
+    },
+    /// The second master of a side gets less than it asks for.
+    Starved {
+        /// Label of the side.
+        label: String,
+        /// 10⁹ bytes per second that it gets.
+        gets: f64,
+        /// 10⁹ bytes per second that it asks for.
+        asks: f64,
+    },
+    /// What powers and energies are of.
+    Scopes {
+        /// That of each side.
+        scopes: Vec<String>,
         /// Whether ratios across them were asked for.
         across: bool,
     },
@@ -263,15 +312,25 @@ pub struct Comparison {
     pub rows: Vec<ComparedMeasure>,
     /// What else differs.
     pub notes: Vec<Note>,
-    /// Whether areas and energies of different technology nodes are held against each other.
-    pub across_nodes: bool,
+    /// What is held against each other in spite of it.
+    pub across: Across,
+}
+
+/// What is held against each other although it says more of something else than of the machines.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Across {
+    /// Areas, energies and powers of different technology nodes, and energies and powers of blocks
+    /// and of whole modules.
+    pub nodes: bool,
+    /// Times, rates and energies of different tasks.
+    pub tasks: bool,
 }
 
 impl Comparison {
     /// Compares `sides`. Sides of one name are numbered. Areas, energies and powers of different
-    /// technology nodes say more of the nodes than of the machines: they have ratios only
-    /// `across_nodes`.
-    pub fn new(mut sides: Vec<Side>, across_nodes: bool) -> Comparison {
+    /// technology nodes say more of the nodes than of the machines, and times and energies of
+    /// different tasks more of the tasks: they have ratios only `across` these.
+    pub fn new(mut sides: Vec<Side>, across: Across) -> Comparison {
         let names: Vec<String> = sides.iter().map(|s| s.label.clone()).collect();
         for (i, side) in sides.iter_mut().enumerate() {
             if names.iter().filter(|n| **n == side.label).count() > 1 {
@@ -280,20 +339,24 @@ impl Comparison {
         }
         let is_comparable = |measure: Measure, side: &Side| {
             let nodes = side.node_nm.zip(sides[0].node_nm);
-            match measure {
-                // A node is a name, not an amount.
-                Measure::Node => false,
-                _ if measure.is_of_a_node() => across_nodes || nodes.is_none_or(|(a, b)| a == b),
-                _ => true,
-            }
+            let is_of_scope = side.power_scope == sides[0].power_scope;
+            let same_node = nodes.is_none_or(|(a, b)| a == b);
+            let is_of_node = across.nodes || (is_of_scope && same_node);
+            let is_of_chip = side.is_block == sides[0].is_block;
+            let is_of_task = across.tasks || side.task == sides[0].task;
+            // A node is a name, not an amount.
+            measure != Measure::Node
+                && (is_of_node || !measure.is_of_a_node())
+                && (is_of_task || !measure.is_of_a_task())
+                && (is_of_chip || !measure.is_of_an_area())
         };
         let row = |measure: Measure| ComparedMeasure {
             measure,
             values: sides.iter().map(|side| measure.of(side)).collect(),
             is_comparable: sides.iter().map(|side| is_comparable(measure, side)).collect(),
         };
-        let (rows, notes) = (Measure::ALL.map(row).to_vec(), notes(&sides, across_nodes));
-        Comparison { sides, rows, notes, across_nodes }
+        let (rows, notes) = (Measure::ALL.map(row).to_vec(), notes(&sides, across));
+        Comparison { sides, rows, notes, across }
     }
 
     /// Labels of the sides for charts: with their nodes, where these differ.
@@ -311,6 +374,22 @@ impl Comparison {
         self.sides.iter().map(|s| s.label.as_str()).collect()
     }
 
+    /// What the sides do not have in common of what their numbers are of: a value a side, `None`
+    /// where its record does not say.
+    pub fn basis(&self) -> Vec<(Basis, Vec<Option<String>>)> {
+        let of = |part: Basis| (part, self.sides.iter().map(|s| part.of(s)).collect::<Vec<_>>());
+        let differs = |(_, values): &(Basis, Vec<Option<String>>)| {
+            values.iter().any(|value| *value != values[0])
+        };
+        Basis::ALL.map(of).into_iter().filter(differs).collect()
+    }
+
+    /// What all sides do; `None` where they do different things.
+    pub fn task(&self) -> Option<Task> {
+        let first = self.sides[0].task;
+        self.sides.iter().all(|side| side.task == first).then_some(first)
+    }
+
     /// One measure of all sides.
     pub fn row(&self, measure: Measure) -> &ComparedMeasure {
         &self.rows[measure as usize]
@@ -324,8 +403,11 @@ impl Comparison {
     }
 }
 
+/// A second master that gets less than it asks for by more than this share is starved.
+pub const STARVED: f64 = 0.02;
+
 /// What else differs between the sides.
-fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
+fn notes(sides: &[Side], across: Across) -> Vec<Note> {
     fn differing<T: PartialEq>(
         sides: &[Side],
         of: impl Fn(&Side) -> T,
@@ -335,13 +417,16 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         values.iter().any(|v| *v != values[0]).then(|| note(values))
     }
     let mut notes = vec![
+        differing(sides, |s| s.task.name(), |tasks| Note::Tasks { tasks, across: across.tasks }),
         differing(sides, |s| (s.trace.clone(), s.trace_hash.clone()), Note::Traces),
         differing(sides, |s| s.shown.counted(s.frames), Note::FrameCounts),
         differing(sides, |s| s.model.clone(), Note::Models),
     ];
+    let scopes = |scopes| Note::Scopes { scopes, across: across.nodes };
+    notes.push(differing(sides, |s| s.power_scope.clone(), scopes));
     let nodes: Option<Vec<f64>> = sides.iter().map(|s| s.node_nm).collect();
     match nodes.filter(|nodes| nodes.iter().any(|node| *node != nodes[0])) {
-        Some(nodes) => notes.push(Some(Note::Nodes { nodes, across: across_nodes })),
+        Some(nodes) => notes.push(Some(Note::Nodes { nodes, across: across.nodes })),
         None => notes.push(differing(sides, |s| s.energy_table.clone(), Note::EnergyTables)),
     }
     if sides.iter().all(|s| s.energy_table == sides[0].energy_table) {
@@ -365,6 +450,11 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         let missed = s.statistics.deadline_misses()?;
         (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
     };
+    let starved = |s: &Side| {
+        let (label, asks) = (s.label.clone(), s.second_master_gb_s?);
+        let gets = s.statistics.mean(Key::SecondMasterRate)?;
+        (gets < asks * (1.0 - STARVED)).then_some(Note::Starved { label, gets, asks })
+    };
     let off_clock = |s: &Side| {
         let clocks = s.off_clock?;
         Some(Note::OffClock { label: s.label.clone(), clocks })
@@ -373,7 +463,8 @@ fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
         let frames = s.shown.counted(s.frames);
         s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames })
     };
-    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(off_clock));
+    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(starved));
+    let of_sides = of_sides.chain(sides.iter().filter_map(off_clock));
     let of_sides = of_sides.chain(sides.iter().filter_map(incomplete));
     notes.into_iter().flatten().chain(of_sides).collect()
 }

@@ -14,6 +14,9 @@ pub fn record(run: &Run) -> Table {
     made_by(&mut root);
     root.insert("model".into(), facts.model.name().into());
     root.insert("display-fps".into(), facts.display_fps.into());
+    if let Some(ms) = facts.latency_ms {
+        root.insert("latency-ms".into(), ms.into());
+    }
     root.insert("incomplete".into(), run.incomplete().into());
     root.insert("frames-asked-for".into(), count(facts.trace.frames as u64));
     root.insert("frames-reported".into(), count(run.frames.len() as u64));
@@ -32,6 +35,7 @@ pub fn record(run: &Run) -> Table {
     table.insert("width-px".into(), i64::from(trace.shown.width).into());
     table.insert("height-px".into(), i64::from(trace.shown.height).into());
     table.insert("machine".into(), machine.name.clone().into());
+    table.insert("task".into(), machine.task.name().into());
     table.insert("energy-table".into(), machine.energy_table.clone().into());
     let measures = [
         ("node-nm", machine.node_nm),

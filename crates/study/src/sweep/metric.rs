@@ -151,7 +151,10 @@ fn all() -> Vec<Metric> {
             quantiles(&mut list, sample);
         }
         match s.name.as_str() {
-            "frame_time_ms" => fps(&mut list),
+            "frame_time_ms" => {
+                intervals(&mut list);
+                fps(&mut list);
+            }
             "dram_write_bytes" => list.push(of("dram_bytes", "B", DRAM_BYTES, dram_bytes)),
             _ => {}
         }
@@ -184,6 +187,17 @@ fn quantiles(list: &mut Vec<Metric>, sample: usize) {
 fn of(name: &str, unit: &'static str, definition: &str, function: OfOthers) -> Metric {
     let (name, definition) = (name.into(), definition.into());
     Metric { name, unit, definition, flows: Vec::new(), make: Make::Of(function) }
+}
+
+/// The name that frame times have from now on.
+fn intervals(list: &mut Vec<Metric>) {
+    let mut add = |name: &str, function: OfOthers| {
+        let means = format!("`{}`, by its new name.", name.replace("interval", "time"));
+        list.push(of(name, "ms", &means, function));
+    };
+    add("frame_interval_ms.mean", |get| get("frame_time_ms.mean"));
+    add("frame_interval_ms.p99", |get| get("frame_time_ms.p99"));
+    add("frame_interval_ms.max", |get| get("frame_time_ms.max"));
 }
 
 fn fps(list: &mut Vec<Metric>) {

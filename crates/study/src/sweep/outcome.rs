@@ -11,15 +11,18 @@ use powergs_core::sim::{FrameReport, Periods};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub(crate) const OUTCOME_VERSION: u32 = 6;
+pub(crate) const OUTCOME_VERSION: u32 = 7;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
-const MEANS: [&str; 26] = [
+const MEANS: [&str; 29] = [
     "frame_time_ms",
+    "frame_latency_ms",
+    "display_periods",
+    "step.*",
     "displayed_fps",
     "deadline_missed",
     "frame_cycles",

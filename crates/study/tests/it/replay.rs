@@ -17,6 +17,7 @@ use crate::frames;
 fn replay(system: &System) -> Replay<'_> {
     let target = Target::System(system);
     Replay {
+        latency_ms: None,
         target,
         display_fps: 60.0,
         what_if_frames: 0,

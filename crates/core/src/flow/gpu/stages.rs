@@ -119,6 +119,8 @@ pub const SM_DECL: StageDecl = StageDecl {
         ),
         omit("kernels that overlap in their ends and beginnings", Bias::Pessimistic, "A138"),
         omit("clocks that fall under load", Bias::Optimistic, ""),
+        omit("a depth for each pixel, which the blending kernel finds", Bias::Optimistic, "A151")
+            .by("pixels.impl = \"warped\"", |m| m.gpu().pixels.source == PixelSource::Warped),
         omit(
             "densification: Gaussians that are cloned, split and removed",
             Bias::Optimistic,

@@ -70,6 +70,9 @@ impl Default for LevelsSpec {
     }
 }
 
+/// Operations that are paid for as one test of a box, which has as many.
+const TEST: u64 = 48;
+
 /// Blocks that have a place in the buffer: the one at work, and those that are read ahead.
 const HELD: u64 = 5;
 
@@ -113,9 +116,13 @@ fn spec(m: &Machine) -> &LevelsSpec {
 /// What the unit declares.
 pub const LEVELS: StageDecl = StageDecl {
     units: Some(|m| u32::from(spec(m).is_there())),
-    works: &[work("node", 48, "One node of the levels projected and compared with its size.")
-        .a_cycle(|m| f64::from(spec(m).operations_per_cycle) / f64::from(spec(m).operations))
-        .priced_as("obb-test")],
+    works: &[work(
+        "level-test",
+        TEST as u32,
+        "48 operations of the levels: a node, if it has as many.",
+    )
+    .a_cycle(|m| f64::from(spec(m).operations_per_cycle) / TEST as f64)
+    .priced_as("obb-test")],
     buffers: &[buffer("levels", "levels.buffer", |m| {
         let memory = spec(m).buffer.shared(1);
         match spec(m).is_there() {
@@ -164,7 +171,7 @@ pub const LEVELS: StageDecl = StageDecl {
 
 /// The unit.
 pub const LTU: StageId = stage_id("ltu");
-const NODE: ActionId = work_id("node");
+const LEVEL_TEST: ActionId = work_id("level-test");
 /// Nodes on their way.
 const NODES: BufferId = buffer_id("levels");
 
@@ -176,7 +183,7 @@ pub(super) fn first(machine: &Machine, points: u64) -> Option<FirstUnit> {
     let [read, write] = BlockStream::bytes(&blocks);
     let mut actions = ActionCounts::default();
     let all = [
-        (NODE, items / u64::from(spec.operations)),
+        (LEVEL_TEST, items.div_ceil(TEST)),
         (DRAM_READ, read),
         (DRAM_WRITE, write),
         // What is read passes through the buffer, and what is written comes from it.

@@ -34,7 +34,7 @@ use rayon::prelude::*;
 use crate::kernel::stream::{reads, writes};
 use cache::{KnownTile, RadianceCaches};
 pub use table::{PixelFilter, PixelSource, PixelsSpec, SamplePattern};
-pub(in crate::flow) use table::{check, leave_out};
+pub(in crate::flow) use table::{check, goes_over, leave_out};
 pub use warp::{Shown, ShownPixel, Warp};
 
 /// What the unit declares.

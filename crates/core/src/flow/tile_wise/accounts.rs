@@ -25,7 +25,7 @@ pub(super) fn fits(workload: &FrameWorkload, task: &FrameTask<'_>) -> Result<(),
                    without a gaze, or set `training.interval` = 0";
         return Err(Incompatible::Other { machine: name(), why: why.into() });
     }
-    tiles.pixels.fits(&machine.name, workload)?;
+    tiles.shows(&machine.name, workload)?;
     if workload.geometry != tiles.geometry {
         let (workload, machine) = (workload.geometry, tiles.geometry);
         return Err(Incompatible::Geometry { workload, machine });

@@ -12,6 +12,7 @@ pub use super::lists::{BinningImpl, BinningSpec, PartialWrite};
 use super::rules::UnitRules;
 pub use super::stereo::{StereoImpl, StereoSpec};
 pub use super::vru::{FoveaSpec, Termination, VruImpl, VruSpec};
+use crate::flow::Incompatible;
 use crate::flow::lists::alignment_of;
 use crate::flow::over::levels::LevelsSpec;
 use crate::flow::over::pixels::PixelFilter;
@@ -21,7 +22,7 @@ use crate::machine::{BufferSpec, Machine};
 use crate::workload::binning::ListShape;
 pub use crate::workload::cache::Eviction;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
-use crate::workload::{FrameDetail, Geometry};
+use crate::workload::{FrameDetail, FrameWorkload, Geometry};
 use powergs_base::config::layer;
 use powergs_base::number::NumberFormat;
 use powergs_base::quantity::Bytes;
@@ -157,6 +158,16 @@ impl TileWise {
     /// Which pixels are rendered; `None` where all are.
     pub fn pixel_filter(&self) -> Option<PixelFilter<'_>> {
         self.pixels.filter(self.record.pixel)
+    }
+
+    /// Whether the machine can show a frame, as far as its pixels go.
+    ///
+    /// # Errors
+    /// As [`PixelsSpec::fits`](crate::flow::over::pixels::PixelsSpec::fits) and
+    /// [`PixelsSpec::counts`](crate::flow::over::pixels::PixelsSpec::counts).
+    pub fn shows(&self, machine: &str, workload: &FrameWorkload) -> Result<(), Incompatible> {
+        self.pixels.fits(machine, [workload.width, workload.height])?;
+        self.pixels.counts(machine, workload.tiles.len(), "geometry.tile")
     }
 
     /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile

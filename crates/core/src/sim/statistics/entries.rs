@@ -116,16 +116,30 @@ fn measured(list: &mut List) {
 }
 
 fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
-    frame.cycle().is_some().then(|| u64::from(frame.misses_deadline(fps)))
+    let has_deadline = frame.cycle().is_some() && frame.task().is_shown();
+    has_deadline.then(|| u64::from(frame.misses_deadline(fps)))
 }
 
 fn time(list: &mut List) {
+    real(list, Key::FrameTime, "ms", "`frame_interval_ms`, by its name of before.", |f, _| {
+        f.frame_time_s().map(|s| s * 1e3)
+    });
     real(
         list,
-        Key::FrameTime,
+        Key::FrameInterval,
         "ms",
-        "Simulated time of the frame, from the first record read to the last pixel written.",
+        "Simulated time from one frame to the next where they run back to back; of a trainer, from \
+         one step to the next. Rates and deadlines are of it.",
         |f, _| f.frame_time_s().map(|s| s * 1e3),
+    );
+    real(
+        list,
+        Key::FrameLatency,
+        "ms",
+        "Simulated time of a frame from the first record read to the last pixel written: \
+         `frame_interval_ms` where a machine has one frame under way, twice that where it has two \
+         (`overlap` = \"frames\" of `schedule`, `front`, `attached`; A81).",
+        |f, _| f.latency_s().map(|s| s * 1e3),
     );
     real(
         list,
@@ -141,19 +155,33 @@ fn time(list: &mut List) {
         Key::DisplayedFps,
         "1/s",
         "Frames per second that the display gets: `fps`, or `achieved_fps` where the frame misses \
-         the display rate; the mean is frames over the time for which they are shown.",
+         the display rate, and of steps, which no display shows; the mean is frames over the time \
+         for which they are shown.",
         |f, fps| Some(f.displayed_fps(fps)),
     );
     list.push(Statistic {
         name: Key::DeadlineMissed.name(),
         unit: "1",
-        definition: "1 if the frame took longer than the display period 1 / `fps`, else 0; the \
-                     mean is the share of missed frames."
+        definition: "1 if `frame_interval_ms` is longer than the display period 1 / `fps`, else \
+                     0; the mean is the share of missed frames. Absent for steps of training and \
+                     tracking, which no display waits for."
             .into(),
         kind: Kind::Count,
         weight: Weight::Frame,
         flows: Vec::new(),
         read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
+    });
+    list.push(Statistic {
+        name: Key::DisplayPeriods.name(),
+        unit: "1",
+        definition: "Whole display periods for which the frame is shown where pictures change \
+                     between periods alone (vertical synchronisation): `fps` over the mean is the \
+                     rate that is seen."
+            .into(),
+        kind: Kind::Count,
+        weight: Weight::Frame,
+        flows: Vec::new(),
+        read: Box::new(|f, fps| f.display_periods(fps).map(Value::Count)),
     });
     count(list, Key::FrameCycles, "cycles", "Length of the frame in clock cycles.", |f| {
         Some(f.timing()?.frame)

@@ -9,8 +9,14 @@ use powergs_frame::fovea::REGIONS;
 /// A statistic of the catalogue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Key {
-    /// Time of a frame, milliseconds.
+    /// Distance of frames, milliseconds, by its name of before.
     FrameTime,
+    /// The same.
+    FrameInterval,
+    /// Time of a frame from its first read to its last write, milliseconds.
+    FrameLatency,
+    /// Whole display periods for which a frame is shown.
+    DisplayPeriods,
     /// Frames per second that the display gets.
     DisplayedFps,
     /// 1 for a frame that takes longer than the display period, else 0.
@@ -143,6 +149,9 @@ impl Key {
             Key::RegionCycles(k) => region(k, "cycles"),
             Key::RegionEnergy(k) => region(k, "energy_pj"),
             Key::FrameTime => "frame_time_ms".into(),
+            Key::FrameInterval => "frame_interval_ms".into(),
+            Key::FrameLatency => "frame_latency_ms".into(),
+            Key::DisplayPeriods => "display_periods".into(),
             Key::DisplayedFps => "displayed_fps".into(),
             Key::DeadlineMissed => "deadline_missed".into(),
             Key::FrameCycles => "frame_cycles".into(),

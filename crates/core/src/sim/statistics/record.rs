@@ -101,7 +101,8 @@ impl Record {
         self.mean(Key::FrameTime).is_some()
     }
 
-    /// Frames that took longer than the display period; `None` in a model without time.
+    /// Frames that took longer than the display period; `None` in a model without time, and of
+    /// steps, which have no deadline.
     pub fn deadline_misses(&self) -> Option<u64> {
         let share = self.mean(Key::DeadlineMissed)?;
         Some((share * self.frames as f64).round() as u64)
@@ -112,9 +113,16 @@ impl Record {
         self.mean(Key::DisplayedFps).unwrap_or(self.display_fps)
     }
 
+    /// Frames per second that are seen where pictures change between display periods alone; `None`
+    /// of what no display shows.
+    pub fn synchronised_fps(&self) -> Option<f64> {
+        Some(self.display_fps / self.mean(Key::DisplayPeriods)?)
+    }
+
     /// Whether the run falls short of the display rate.
     pub fn misses(&self) -> bool {
-        self.displayed_fps() < self.display_fps * (1.0 - 1e-9)
+        let has_deadline = self.mean(Key::DeadlineMissed).is_some();
+        has_deadline && self.displayed_fps() < self.display_fps * (1.0 - 1e-9)
     }
 
     /// Energy of a frame at the display rate, standby until the next one included, joules.

@@ -493,6 +493,14 @@ fn compare(seed: u64, frames: &[[Frame; 2]]) -> Option<(String, [usize; 2])> {
     let kernels = Kernels::new(&machine, work, some, &own);
     let warps = FrameWarps::new(work, &WarpShape::of(machine.gpu()));
     let flat = Dram::new(&machine.dram, machine.dram_peak(), machine.clock, &STREAMS);
+    if let Some(made) = made.filter(|_| machine.gpu().reprojects()) {
+        // Each pixel is written once: by the second kernel that moves them, or by blending.
+        let writes =
+            |kernel: &&GpuKernel| matches!(kernel.part, KernelPart::Reproject | KernelPart::Blend);
+        let written: u64 = kernels.all.iter().filter(writes).skip(1).map(|k| k.memory[1]).sum();
+        let kept = machine.gpu().blend.pixel.0 + machine.gpu().pixels.depth.0;
+        assert_eq!(written, u64::from(made.width * made.height) * kept, "{seed}");
+    }
     let case = || format!("seed {seed}\n{:#?}", machine.gpu());
     let seen = stepped(&machine, work, &kernels, &warps, flat);
     let (drawn, expected) = (timeline.draw(), seen.draw());

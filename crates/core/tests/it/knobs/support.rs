@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
 use powergs_core::flow::tile_wise::{FoveaSpec, StereoImpl, StereoSpec};
-use powergs_core::flow::{FrameTask, Handed, History, Work, WorkKey};
+use powergs_core::flow::{FrameTask, Handed, History, TakesOver, Work, WorkKey};
 use powergs_core::kernel::Memo;
 use powergs_core::machine::Machine;
 use powergs_core::sim::{self, FrameReport, Label, SimError, Timed, priced, time};
@@ -96,14 +96,14 @@ fn works(machine: &Machine) -> Arc<Vec<Box<dyn Work>>> {
     cached(&ALL, key.clone(), || frames().iter().map(|frame| key.prepare(frame)).collect())
 }
 
-/// What decides what a machine takes over.
-type Kept = (WorkKey, Option<Vec<u32>>);
-
 /// What a machine takes over into each frame.
 fn handed(machine: &Machine) -> Arc<Vec<Option<Handed>>> {
-    static ALL: Shared<Kept, Vec<Option<Handed>>> = LazyLock::new(Default::default);
+    static ALL: Shared<TakesOver, Vec<Option<Handed>>> = LazyLock::new(Default::default);
     let flow = machine.flow();
-    cached(&ALL, (flow.work_key(machine), flow.takes_over(machine)), || {
+    let Some(key) = TakesOver::of(machine) else {
+        return Arc::new(works(machine).iter().map(|_| None).collect());
+    };
+    cached(&ALL, key, || {
         let mut history = History::default();
         let all = works(machine);
         // The second view is to the right of the first one.
@@ -151,7 +151,7 @@ fn timed(machine: &Machine, memos: &[Memo], checks_order: bool) -> Vec<Result<Ti
     let (works, handed) = (works(machine), handed(machine));
     // Machines without accumulators for levels see plain frames only, and so do those that train.
     let shows_levels = machine.tables.get::<FoveaSpec>().is_some_and(|f| f.accumulators > 0)
-        && !machine.flow().trains(machine);
+        && !machine.flow().task(machine).is_shown();
     let frames = (0..).zip(works.iter()).take(if shows_levels { FRAMES + 1 } else { FRAMES });
     let task = |(frame, work): (usize, _)| FrameTask {
         frame,

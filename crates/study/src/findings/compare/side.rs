@@ -2,12 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use powergs_base::quantity::Hertz;
+use powergs_base::quantity::{BytesPerSecond, Hertz};
+use powergs_core::flow::Task;
 use powergs_core::machine::DramModel;
 use powergs_core::sim::statistics::Record;
 use toml::Value;
 
+use powergs_energy::table::{AreaScope, PowerScope};
+
 use super::SideError;
+use super::basis;
 use crate::run_record::{Run, Shown, record};
 
 /// A machine whose prices are for another clock, and are as given at any.
@@ -30,6 +34,14 @@ pub struct Side {
     pub energy_table: String,
     /// Technology node, nanometres, where it is known.
     pub node_nm: Option<f64>,
+    /// What a frame of it is.
+    pub task: Task,
+    /// Whether its area is that of a block that renders, and not of a whole SoC or GPU.
+    pub is_block: bool,
+    /// What its powers and energies are of: `block and memory`, `module`, `board`.
+    pub power_scope: String,
+    /// What the second master at its memory asks for, 10⁹ bytes per second; `None` without one.
+    pub second_master_gb_s: Option<f64>,
     /// `cycle` or `paper`.
     pub model: String,
     /// `dram.model` of the machine; empty in the `paper` model.
@@ -111,6 +123,10 @@ impl Side {
             machine: text("machine"),
             energy_table: text("energy-table"),
             node_nm: fact("node-nm").and_then(Value::as_float),
+            task: basis::task(facts),
+            is_block: !is_whole_chip(&record),
+            power_scope: power_scope(&record),
+            second_master_gb_s: second_master(&record),
             model: string("model")?.to_owned(),
             dram_model: dram
                 .and_then(|d| d.get("model"))
@@ -165,6 +181,25 @@ fn dram_prices(record: &toml::Table) -> Vec<String> {
     found.into_iter().collect()
 }
 
+/// Whether the areas of a recorded machine are those of a chip that does other things too.
+fn is_whole_chip(record: &toml::Table) -> bool {
+    let scope = configured(record, &["energy", "scope", "area"]).and_then(Value::as_str);
+    scope.is_some_and(|scope| scope != AreaScope::Block.name())
+}
+
+/// What the powers of a recorded machine are of.
+fn power_scope(record: &toml::Table) -> String {
+    let scope = configured(record, &["energy", "scope", "power"]).and_then(Value::as_str);
+    scope.unwrap_or(PowerScope::BlockAndMemory.name()).replace('-', " ")
+}
+
+/// What the second master of a recorded machine asks for, 10⁹ bytes per second.
+fn second_master(record: &toml::Table) -> Option<f64> {
+    let rate = configured(record, &["machine", "dram", "second-master", "rate"])?.as_str()?;
+    let rate: BytesPerSecond = rate.parse().ok()?;
+    (rate.0 > 0.0).then_some(rate.0 * 1e-9)
+}
+
 /// The clock of a recorded machine and that of its prices, where these differ and there is no curve
 /// between them.
 fn off_clock(record: &toml::Table) -> Option<OffClock> {
@@ -176,6 +211,6 @@ fn off_clock(record: &toml::Table) -> Option<OffClock> {
 }
 
 /// A key of the configuration in a record.
-fn configured<'a>(record: &'a toml::Table, path: &[&str]) -> Option<&'a Value> {
+pub(super) fn configured<'a>(record: &'a toml::Table, path: &[&str]) -> Option<&'a Value> {
     path.iter().try_fold(record.get("configuration")?, |value, key| value.get(key))
 }

@@ -8,7 +8,6 @@ use super::COUNTER;
 use crate::flow::Incompatible;
 use crate::machine::check::{Found, RECORD_MAX, SIZE_MAX};
 use crate::machine::{BufferSpec, Machine, Optional, Ports};
-use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
 
 /// The `[pixels]` table: which pixels of a frame are rendered, and where the others come from.
@@ -64,58 +63,39 @@ impl PixelsSpec {
         (self.source != PixelSource::All).then_some(PixelFilter { spec: self, pixel })
     }
 
-    /// Whether a number of frames shows what a machine does.
+    /// Whether a machine can show an image of this size.
     ///
     /// # Errors
-    /// Pixels that are moved from frame to frame, and one frame only.
-    pub fn goes_over(&self, machine: &str, frames: usize) -> Result<(), String> {
-        if self.source != PixelSource::Warped || self.period <= 1 || frames > 1 {
+    /// A sample that is larger than the image.
+    pub fn fits(&self, machine: &str, [width, height]: [u32; 2]) -> Result<(), Incompatible> {
+        let most = width.min(height);
+        if self.source != PixelSource::Sampled || self.stride <= most {
             return Ok(());
         }
-        Err(format!(
-            "machine `{machine}` renders one frame in {} whole (`pixels.period`), and there is one \
-             frame only: extract frames of a path (--path-frames 900 --frames 0..10), or set \
-             `pixels.impl` = \"all\"",
-            self.period
-        ))
+        let why = format!(
+            "`pixels.stride` = {} is larger than the image of {width}x{height}: set it to {most} \
+             at most",
+            self.stride
+        );
+        Err(Incompatible::Other { machine: machine.to_owned(), why })
     }
 
-    /// Whether a machine can show a frame of this size.
+    /// Whether the unit has counters for what is missing of each of so many tiles or regions, of which
+    /// a larger `key` makes fewer.
     ///
     /// # Errors
-    /// A sample that is larger than the image; more tiles than it has counters for.
-    pub fn fits(&self, machine: &str, workload: &FrameWorkload) -> Result<(), Incompatible> {
-        self.fits_image(machine, [workload.width, workload.height], workload.tiles.len())
-    }
-
-    /// The same for an image in a number of tiles.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn fits_image(
-        &self,
-        machine: &str,
-        [width, height]: [u32; 2],
-        tiles: usize,
-    ) -> Result<(), Incompatible> {
-        let refused = |why| Err(Incompatible::Other { machine: machine.to_owned(), why });
-        if self.source == PixelSource::Sampled && self.stride > width.min(height) {
-            let most = width.min(height);
-            return refused(format!(
-                "`pixels.stride` = {} is larger than the image of {width}x{height}: set it to \
-                 {most} at most",
-                self.stride
-            ));
-        }
+    /// More than it has.
+    pub fn counts(&self, machine: &str, tiles: usize, key: &str) -> Result<(), Incompatible> {
         let counters = Bytes(tiles as u64 * COUNTER);
-        if self.source == PixelSource::Warped && counters > self.buffer.capacity {
-            return refused(format!(
-                "{tiles} tiles have counters of {counters} in all, and `pixels.buffer.capacity` is \
-                 {}: make it larger, or `geometry.tile`",
-                self.buffer.capacity
-            ));
+        if self.source != PixelSource::Warped || counters <= self.buffer.capacity {
+            return Ok(());
         }
-        Ok(())
+        let why = format!(
+            "{tiles} parts of the image have counters of {counters} in all, and \
+             `pixels.buffer.capacity` is {}: make it, or `{key}`, larger",
+            self.buffer.capacity
+        );
+        Err(Incompatible::Other { machine: machine.to_owned(), why })
     }
 
     /// Bytes that are kept of a pixel beside its colour.
@@ -282,6 +262,23 @@ pub(in crate::flow) fn leave_out(schema: &mut Value, sources: &[PixelSource], ke
     if let Some(all) = table["impl"]["oneOf"].as_array_mut() {
         all.retain(|one| !is_out(one));
     }
+}
+
+/// Whether a number of frames shows what a machine does.
+///
+/// # Errors
+/// Pixels that are moved from frame to frame, and one frame only.
+pub(in crate::flow) fn goes_over(machine: &Machine, frames: usize) -> Result<(), String> {
+    let Some(pixels) = machine.tables.get::<PixelsSpec>() else { return Ok(()) };
+    if pixels.source != PixelSource::Warped || pixels.period <= 1 || frames > 1 {
+        return Ok(());
+    }
+    Err(format!(
+        "machine `{}` renders one frame in {} whole (`pixels.period`), and there is one frame \
+         only: extract frames of a path (--path-frames 900 --frames 0..10), or set `pixels.impl` \
+         = \"all\"",
+        machine.name, pixels.period
+    ))
 }
 
 /// Adds what of the keys of a machine does not fit together.

@@ -1,0 +1,236 @@
+//! The page that decides: machines on traces at the rate of the display, in a table and a chart.
+
+use super::page::Decided;
+use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
+use crate::format::{percent, rate, shortened, significant};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
+use powergs_study::findings::compare::{
+    Basis, Comparison, Decision, DecisionRow, Limits, Shortfall, Side,
+};
+
+/// Characters of the name of a trace or a machine on a terminal.
+const LABEL: usize = 16;
+/// Machines in the chart, and bars in all.
+const MOST: [usize; 2] = [8, 32];
+
+/// The table, and what it comes to; `traces` are their names.
+pub(super) fn add(
+    page: &mut Document,
+    all: &[Comparison],
+    decided: Decided<'_>,
+    traces: &[String],
+) {
+    let Decided { decision, limits } = decided;
+    page.page_heading("Who meets what");
+    page.table(table(all, decision, traces));
+    let sides = &all[0].sides;
+    let shown = sides.iter().any(|side| side.task.is_shown());
+    let asked = asked(&sides[0], limits).filter(|_| shown);
+    if let Some(asked) = asked {
+        page.page_paragraph(Text::marked(&format!("Asked for: {asked}.")));
+    }
+    let gains: Vec<Text> = (1..sides.len()).filter_map(|i| gain(all, decision, i)).collect();
+    let first = &sides[0];
+    let meets = (0..decision.traces()).any(|trace| decision.row(trace, 0).is_met());
+    if !meets && first.task.is_shown() {
+        page.paragraph(format!(
+            "{} meets what is asked for on no trace: no power is held against its.",
+            first.label
+        ));
+    }
+    page.add(Block::List(gains));
+}
+
+/// What is asked of every side, in words.
+fn asked(first: &Side, limits: &Limits) -> Option<String> {
+    let parts = [
+        Some(format!("a frame each {} ms", significant(1e3 / first.display_fps))),
+        limits.budget_w.map(|w| format!("at most {} W", significant(w))),
+        limits.latency_ms.map(|ms| format!("at most {} ms from begin to end", significant(ms))),
+        limits.condition.as_ref().map(|condition| format!("`{}`", condition.text())),
+    ];
+    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+}
+
+/// What a machine saves where both it and the first one meet everything.
+fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
+    let (first, own) = (&all[0].sides[0], &all[0].sides[side]);
+    let both_shown = first.task.is_shown() && own.task.is_shown();
+    let is_comparable = all.iter().all(|c| c.row(super::POWER).is_comparable[side]);
+    if !both_shown || !is_comparable {
+        return None;
+    }
+    let of = decision.traces();
+    let (fps, label) = (rate(first.display_fps), first.label.as_str());
+    let (gain, on) = decision.power_gain(side)?;
+    let times = match gain >= 1.0 {
+        true => format!("{} times less power than {label}", significant(gain)),
+        false => format!("{} times the power of {label}", significant(1.0 / gain)),
+    };
+    let on = match (on, of) {
+        (_, 1) => String::new(),
+        (on, of) => format!(", on the {on} of {of} traces that both meet"),
+    };
+    let text = format!(": {times} at {fps} FPS{on}");
+    Some(Text::strong(own.label.clone()).then(text))
+}
+
+fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Table {
+    let first = &all[0].sides[0];
+    let tasks_differ = all[0].task().is_none();
+    let is_shown = all[0].sides.iter().any(|side| side.task.is_shown());
+    let per_second = all[0].task().map_or("per second", |task| task.per_second());
+    let quantiles = decision.rows.iter().all(DecisionRow::has_quantile);
+    let frames = decision.rows.iter().map(|row| row.frames).max().unwrap_or(0);
+    let slowest = match quantiles {
+        true => "p99, ms".to_owned(),
+        false => format!("max of {frames}, ms"),
+    };
+    let power = match is_shown {
+        true => format!("W at {} FPS", rate(first.display_fps)),
+        false => "W".to_owned(),
+    };
+    let mut columns = Vec::new();
+    if traces.len() > 1 {
+        columns.push(Column::text("trace").at_most(LABEL));
+    }
+    columns.push(Column::text("machine").at_most(LABEL));
+    if tasks_differ {
+        columns.push(Column::text("task"));
+    }
+    columns.extend([per_second, &slowest, &power, "die, mm²"].map(Column::real));
+    if is_shown {
+        columns.push(Column::text("verdict"));
+    }
+    let row = |row: &DecisionRow| {
+        let side = &all[row.trace].sides[row.side];
+        let mut cells: Vec<Cell> = Vec::new();
+        if traces.len() > 1 {
+            cells.push(traces[row.trace].as_str().into());
+        }
+        cells.push(side.label.as_str().into());
+        if tasks_differ {
+            cells.push(side.task.short().into());
+        }
+        cells.extend([row.fps, row.slowest_ms, row.power_w, row.area_mm2].map(Cell::from));
+        if is_shown {
+            cells.push(verdict(row, side).into());
+        }
+        cells
+    };
+    Table::new(columns).rows(decision.rows.iter().map(row))
+}
+
+/// Whether a machine will do, and where not, why.
+pub(super) fn verdict(row: &DecisionRow, side: &Side) -> String {
+    if row.is_met() {
+        return if side.task.is_shown() { "meets all" } else { "-" }.to_owned();
+    }
+    let short = |short: &Shortfall| match short {
+        Shortfall::Rate { missed } => format!("MISSED {missed}/{}", row.frames),
+        Shortfall::Budget { above } => format!("{} % OVER", percent(*above)),
+        Shortfall::Latency { ms } => format!("LATE {} ms", significant(*ms)),
+        Shortfall::Condition => "NOT --where".to_owned(),
+    };
+    row.short.iter().map(short).collect::<Vec<_>>().join(", ")
+}
+
+/// Slowest frames and powers of machines over traces, with the lines that they may not pass.
+pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Chart {
+    let Decided { decision, limits } = decided;
+    let sides = &all[0].sides[..all[0].sides.len().min(MOST[0])];
+    let shown = traces.len().min((MOST[1] / sides.len()).max(1));
+    let first = &sides[0];
+    let (period, fps) = (1e3 / first.display_fps, rate(first.display_fps));
+    let is_shown = sides.iter().any(|side| side.task.is_shown());
+    let panel = |of: &dyn Fn(&DecisionRow) -> Option<f64>, title: &str, line: Option<f64>| {
+        let mut bars = Vec::new();
+        let mut highest = line.unwrap_or(0.0);
+        for trace in 0..shown {
+            for (i, colour) in (0..sides.len()).zip(Colour::SERIES.iter().cycle()) {
+                let row = decision.row(trace, i);
+                let Some(value) = of(row) else { continue };
+                highest = highest.max(value);
+                let bar = Bar::new(trace, vec![Part::new(value, *colour)]);
+                bars.push(Bar { lane: (i, sides.len()), ..bar.end(significant(value)) });
+            }
+        }
+        let names = traces[..shown].iter().map(|trace| Words::from(shortened(trace, 24)));
+        let x = Axis::new(title, Scale::from_zero(1.12 * highest)).ticks(5);
+        let panel = Panel::new(x, Axis::names(names)).mark(Mark::Bars(bars));
+        match line {
+            Some(at) => panel.dashed(Rule::X(at), Colour::VERMILION),
+            None => panel,
+        }
+    };
+    let time = panel(&|row| row.slowest_ms, "slowest frame, ms", Some(period).filter(|_| is_shown));
+    let watts = match is_shown {
+        true => format!("power at {fps} FPS, W"),
+        false => "power, W".to_owned(),
+    };
+    let mut power = panel(&|row| row.power_w, &watts, limits.budget_w);
+    power.y = power.y.hidden();
+    let entries = sides.iter().zip(Colour::SERIES.iter().cycle());
+    let entries = entries.map(|(side, colour)| Entry::fill(side.label.as_str(), *colour));
+    let line = is_shown.then(|| Entry::note(format!("left line: {} ms", significant(period))));
+    let budget = limits.budget_w.map(|w| Entry::note(format!("right line: {} W", significant(w))));
+    let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
+    let counted = first.shown.counted(frames);
+    let subtitle = match (traces.len(), shown < traces.len()) {
+        (1, _) => format!("{}, {counted}", traces[0]),
+        (n, false) => format!("{n} traces, {counted}"),
+        (n, true) => format!("the first {shown} of {n} traces"),
+    };
+    Chart::new("decision", "Slowest frames and power", subtitle)
+        .legend(entries.chain(line).chain(budget))
+        .columns(2)
+        .panel(time)
+        .panel(power)
+}
+
+/// A part of the basis, with what it is of each side.
+type BasisRow = (Basis, Vec<Option<String>>);
+
+/// What is not the same on all sides of what their numbers are of, a column a side.
+pub(super) fn basis_table(comparison: &Comparison, rows: Vec<BasisRow>) -> Table {
+    let columns = super::page::columns("not the same", Kind::Text, &comparison.sides);
+    let row = |(part, values): BasisRow| {
+        let cells = values.into_iter().map(|value| Cell::from(value.unwrap_or_else(|| "?".into())));
+        [Cell::from(words(part))].into_iter().chain(cells).collect::<Vec<_>>()
+    };
+    Table::new(columns).rows(rows.into_iter().map(row))
+}
+
+/// The same line by line, each value with the sides that have it.
+pub(super) fn basis_facts(comparison: &Comparison, rows: &[BasisRow]) -> Vec<(String, Text)> {
+    let labels = comparison.labels();
+    let fact = |(part, values): &BasisRow| {
+        let mut seen: Vec<(&str, Vec<&str>)> = Vec::new();
+        for (value, label) in values.iter().zip(&labels) {
+            let value = value.as_deref().unwrap_or("?");
+            match seen.iter_mut().find(|(known, _)| *known == value) {
+                Some((_, sides)) => sides.push(label),
+                None => seen.push((value, vec![label])),
+            }
+        }
+        let each = seen.iter().map(|(value, sides)| format!("{value} ({})", sides.join(", ")));
+        (words(*part).to_owned(), Text::from(each.collect::<Vec<_>>().join("; ")))
+    };
+    rows.iter().map(fact).collect()
+}
+
+/// What a part of the basis is called.
+const fn words(part: Basis) -> &'static str {
+    match part {
+        Basis::Task => "task",
+        Basis::Memory => "memory",
+        Basis::MemoryModel => "model of the memory",
+        Basis::MemoryPrice => "price of the memory",
+        Basis::Phy => "PHY of the memory",
+        Basis::SecondMaster => "second master",
+        Basis::Node => "node",
+        Basis::PriceClock => "clock of the prices",
+        Basis::AreaScope => "area is of",
+        Basis::PowerScope => "power is of",
+    }
+}
