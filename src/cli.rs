@@ -28,6 +28,7 @@ mod lpips_file;
 mod optimize;
 pub mod out;
 pub mod output_file;
+pub mod pack;
 mod pareto;
 mod picture_file;
 mod power_views;
@@ -159,6 +160,9 @@ pub enum Command {
     /// Run the command that made a folder once more, and compare the results
     #[command(after_help = again::EXAMPLES)]
     Again(again::AgainArgs),
+    /// Pack a finished folder with the files that its command reads into one archive
+    #[command(after_help = pack::EXAMPLES)]
+    Pack(pack::PackArgs),
     /// Define a statistic, key, column, assumption, source or term
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::ExplainArgs),
@@ -245,6 +249,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Filter(args) => filter::run(args, context),
         Command::Fit(args) => fit::run(args, context),
         Command::Quality(args) => quality::run(args, context),
+        Command::Pack(args) => pack::run(args, context),
         Command::Pareto(args) => pareto::run(args, context),
         Command::Optimize(args) => optimize::run(args, context),
         Command::Scene(args) => scene::run(args, context),

@@ -350,6 +350,18 @@ def optimize(
 ) -> Outcome:
     """Minimise power at a given quality: prune and fine-tune a trained model."""
 
+def pack(
+    folder: _Word,
+    *,
+    output: _Word | None = None,
+    in_: _Word | None = None,
+    force: bool = False,
+    jobs: _Word | None = None,
+    memory: _Word | None = None,
+    progress: bool = False,
+) -> Outcome:
+    """Pack a finished folder with the files that its command reads into one archive."""
+
 def pareto(
     folder: _Word,
     *,

@@ -7,6 +7,7 @@ mod completions;
 pub mod explain;
 mod memory;
 mod output_file;
+mod pack;
 mod program;
 mod replay;
 mod run_folder;
