@@ -8,6 +8,7 @@ pub mod arch;
 pub mod background;
 mod camera;
 pub mod camera_file;
+mod certificate;
 pub mod chart_args;
 mod codesign;
 mod compare;
@@ -154,6 +155,9 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::ArchArgs),
+    /// Say what numbers of a machine rest on: files, prices, assumptions, published numbers
+    #[command(after_help = certificate::EXAMPLES)]
+    Certificate(certificate::CertificateArgs),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::DramArgs),
@@ -240,6 +244,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Again(args) => again::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
+        Command::Certificate(args) => certificate::run(args, context),
         Command::Codesign(args) => codesign::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),

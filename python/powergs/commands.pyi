@@ -111,6 +111,17 @@ def camera_info(
 ) -> Outcome:
     """Print how many views a file has, their sizes and fields of view, and warnings."""
 
+def certificate(
+    arch: _Word,
+    *,
+    output: _Word | None = None,
+    force: bool = False,
+    jobs: _Word | None = None,
+    memory: _Word | None = None,
+    progress: bool = False,
+) -> Outcome:
+    """Say what numbers of a machine rest on: files, prices, assumptions, published numbers."""
+
 def codesign(
     model: _Word | None = None,
     *,

@@ -2,6 +2,7 @@
 
 mod again;
 mod background;
+mod certificate;
 mod compare;
 mod completions;
 pub mod explain;
