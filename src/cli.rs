@@ -8,6 +8,7 @@ pub mod arch;
 pub mod background;
 mod camera;
 pub mod camera_file;
+mod certificate;
 pub mod chart_args;
 mod codesign;
 mod compare;
@@ -28,6 +29,7 @@ mod lpips_file;
 mod optimize;
 pub mod out;
 pub mod output_file;
+pub mod pack;
 mod pareto;
 mod picture_file;
 mod power_views;
@@ -153,12 +155,18 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::ArchArgs),
+    /// Say what numbers of a machine rest on: files, prices, assumptions, published numbers
+    #[command(after_help = certificate::EXAMPLES)]
+    Certificate(certificate::CertificateArgs),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::DramArgs),
     /// Run the command that made a folder once more, and compare the results
     #[command(after_help = again::EXAMPLES)]
     Again(again::AgainArgs),
+    /// Pack a finished folder with the files that its command reads into one archive
+    #[command(after_help = pack::EXAMPLES)]
+    Pack(pack::PackArgs),
     /// Define a statistic, key, column, assumption, source or term
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::ExplainArgs),
@@ -236,6 +244,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Again(args) => again::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
+        Command::Certificate(args) => certificate::run(args, context),
         Command::Codesign(args) => codesign::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
@@ -245,6 +254,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Filter(args) => filter::run(args, context),
         Command::Fit(args) => fit::run(args, context),
         Command::Quality(args) => quality::run(args, context),
+        Command::Pack(args) => pack::run(args, context),
         Command::Pareto(args) => pareto::run(args, context),
         Command::Optimize(args) => optimize::run(args, context),
         Command::Scene(args) => scene::run(args, context),

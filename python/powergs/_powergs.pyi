@@ -28,7 +28,7 @@ _Size: TypeAlias = tuple[int, int]
 _Background: TypeAlias = Literal["black", "white"] | tuple[float, float, float]
 _Picture: TypeAlias = npt.NDArray[np.floating[Any]] | npt.NDArray[np.uint8] | _Path
 _Memory: TypeAlias = int | str
-_Sheet: TypeAlias = Literal["slide", "page", "column"]
+_Sheet: TypeAlias = Literal["slide", "page", "column"] | str
 
 class _Quality(TypedDict):
     psnr_db: float | None
@@ -136,8 +136,9 @@ class Chart:
     def pdf(self) -> bytes:
         """The chart as PDF of one page."""
     def styled(self, size: _Sheet = "slide", *, title: bool = True) -> Chart:
-        """The same chart in another size: ``"slide"`` (1920 x 1080 pixels), ``"page"`` (7 in wide) or
-        ``"column"`` (3.33 in), with or without its title.
+        """The same chart in another size: ``"slide"`` (1920 x 1080 pixels), ``"page"`` (7 in wide),
+        ``"column"`` (3.33 in), or a width such as ``"3.5in"``, ``"88mm"`` or ``"252pt"``, with or
+        without its title.
         """
     def save(self, path: _Path) -> None:
         """Writes the chart; the ending of ``path`` (``.svg``, ``.png``, ``.pdf``) says how."""

@@ -111,6 +111,17 @@ def camera_info(
 ) -> Outcome:
     """Print how many views a file has, their sizes and fields of view, and warnings."""
 
+def certificate(
+    arch: _Word,
+    *,
+    output: _Word | None = None,
+    force: bool = False,
+    jobs: _Word | None = None,
+    memory: _Word | None = None,
+    progress: bool = False,
+) -> Outcome:
+    """Say what numbers of a machine rest on: files, prices, assumptions, published numbers."""
+
 def codesign(
     model: _Word | None = None,
     *,
@@ -142,7 +153,7 @@ def codesign(
     interval: _Word | None = None,
     seed: _Word | None = None,
     checkpoint_every: _Word | None = None,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     out: _Word | None = None,
@@ -165,7 +176,7 @@ def compare(
     at_least: _Word | None = None,
     out: _Word | None = None,
     force: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -264,7 +275,7 @@ def fit(
     *,
     output: _Word | None = None,
     force: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -341,7 +352,7 @@ def optimize(
     checkpoint_every: _Word | None = None,
     gate: Literal["validation", "test"] | None = None,
     gate_size: Literal["priced", "trained"] | None = None,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -349,6 +360,18 @@ def optimize(
     progress: bool = False,
 ) -> Outcome:
     """Minimise power at a given quality: prune and fine-tune a trained model."""
+
+def pack(
+    folder: _Word,
+    *,
+    output: _Word | None = None,
+    in_: _Word | None = None,
+    force: bool = False,
+    jobs: _Word | None = None,
+    memory: _Word | None = None,
+    progress: bool = False,
+) -> Outcome:
+    """Pack a finished folder with the files that its command reads into one archive."""
 
 def pareto(
     folder: _Word,
@@ -367,7 +390,7 @@ def pareto(
     out: _Word | None = None,
     csv: _Word | None = None,
     force: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -452,7 +475,7 @@ def replay(
     dump_dram: _Word | None = None,
     out: _Word | None = None,
     force: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -531,7 +554,7 @@ def sensitivity(
     csv: _Word | None = None,
     out: _Word | None = None,
     force: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -545,7 +568,7 @@ def sweep_merge(
     *,
     from_: _Word | Sequence[_Word] | None = None,
     confirm: _Word | None = None,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
@@ -592,7 +615,7 @@ def sweep(
     confirm: _Word | None = None,
     slurm: _Word | None = None,
     print: bool = False,
-    chart_size: Literal["column", "page", "slide"] | None = None,
+    chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     out: _Word | None = None,

@@ -67,12 +67,8 @@ impl Chart {
 
 /// How a chart is laid out.
 pub fn style(size: &str, title: bool) -> PyResult<Style> {
-    let sheet = match size {
-        "slide" => Sheet::Slide,
-        "page" => Sheet::Page,
-        "column" => Sheet::Column,
-        _ => return Err(Fault::config("size: slide, page or column").raise()),
-    };
+    let sheet = size.parse::<Sheet>();
+    let sheet = sheet.map_err(|why| Fault::config(format!("size \"{size}\": {why}")).raise())?;
     Ok(Style { sheet, title })
 }
 
@@ -84,8 +80,9 @@ impl Chart {
         self.drawn()
     }
 
-    /// The same chart in another size: ``"slide"`` (1920 x 1080 pixels), ``"page"`` (7 in wide) or
-    /// ``"column"`` (3.33 in), with or without its title.
+    /// The same chart in another size: ``"slide"`` (1920 x 1080 pixels), ``"page"`` (7 in wide),
+    /// ``"column"`` (3.33 in), or a width such as ``"3.5in"``, ``"88mm"`` or ``"252pt"``, with or
+    /// without its title.
     #[pyo3(signature = (size="slide", *, title=true))]
     fn styled(&self, size: &str, title: bool) -> PyResult<Chart> {
         let (chart, _) = self.live()?;

@@ -1,9 +1,10 @@
 //! `again`: runs the command that made a folder once more, and compares what comes out.
 
-mod difference;
-mod inputs;
-mod words;
+pub(in crate::cli) mod difference;
+pub(in crate::cli) mod inputs;
+pub(in crate::cli) mod words;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
@@ -16,7 +17,7 @@ use difference::{AgainOutcome, CellChanges, FileChange, compared};
 use inputs::RecordedInputs;
 use powergs_base::shell;
 use powergs_report::document::{Cell, Column, Document, Table};
-use words::repeated;
+use words::{Repeat, repeated};
 
 /// Shown under `again --help`.
 pub const EXAMPLES: &str = "\
@@ -26,10 +27,11 @@ Examples:
   powergs-sim again runs/snow --out runs/snow-again
 
 The command is that of invocation.toml in the folder. This program runs it where
-it ran then, and writes to a temporary folder or --out; files of other flags go
-to a temporary folder, and --store is left out. Inputs that are other files now
-are named first. All files are compared but the record of what was typed, the
-stores of unfinished work and the reports of pareto; links are not followed.
+it ran then, or in the inputs that `pack` put into the folder, and writes to a
+temporary folder or --out; files of other flags go to a temporary folder, and
+--store is left out. Inputs that are other files now are named first. All files
+are compared but the record of what was typed, the stores of unfinished work and
+the reports of pareto; links are not followed.
 Pages and pictures say which build made them: with another build only tables
 must agree.
 Exit code 0: the same; 1: other numbers, or files that only one side has.";
@@ -49,12 +51,45 @@ pub struct AgainArgs {
     pub out: Option<PathBuf>,
 }
 
+/// The record of what was typed.
+pub(in crate::cli) const INVOCATION: &str = "invocation.toml";
+/// The folder of an unpacked archive that has the files which the command reads.
+pub(in crate::cli) const PACKED_INPUTS: &str = "inputs";
+
 /// `invocation.toml`, as far as it is needed.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-struct TypedCommand {
-    command: Vec<String>,
-    working_folder: PathBuf,
+pub(in crate::cli) struct TypedCommand {
+    /// The program and its arguments.
+    pub command: Vec<String>,
+    /// Where it ran: in an unpacked archive a path inside of the folder that has this file.
+    pub working_folder: PathBuf,
+    /// In an unpacked archive: paths of the command that files of the folder have as they were
+    /// typed, and these.
+    #[serde(default)]
+    pub moved: BTreeMap<String, String>,
+}
+
+impl TypedCommand {
+    /// The folder where the command of `folder` ran, unless `place` is it.
+    ///
+    /// # Errors
+    /// Exit code 2: it is not there.
+    pub(in crate::cli) fn place(
+        &self,
+        folder: &Path,
+        place: Option<&Path>,
+    ) -> Result<PathBuf, Failure> {
+        let place = place.map_or_else(|| folder.join(&self.working_folder), Path::to_owned);
+        if place.is_dir() {
+            return Ok(place);
+        }
+        let what = format!(
+            "{}: the command ran here, and it is not there now; say where with --in",
+            place.display()
+        );
+        Err(Failure::new(Exit::Usage, what))
+    }
 }
 
 /// Which build made a folder.
@@ -75,7 +110,7 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
         Some(end) if end == "toml" => args.folder.parent().unwrap_or(Path::new(".")),
         _ => &args.folder,
     };
-    let invocation: TypedCommand = record(&folder.join("invocation.toml"))?;
+    let invocation: TypedCommand = record(&folder.join(INVOCATION))?;
     let before: MadeBy = record(&folder.join("run.toml"))?;
     let kept = match &args.out {
         Some(out) if out.exists() => {
@@ -89,15 +124,9 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
     let fresh = if args.out.is_some() { kept } else { temporary.path().join("again") };
     let files = temporary.path().join("files");
     fs::create_dir(&files).or_exit(Exit::Usage, "a temporary folder")?;
-    let again = repeated(folder, &invocation.command, &fresh, &files)?;
-    let place = args.place.clone().unwrap_or(invocation.working_folder);
-    if !place.is_dir() {
-        let what = format!(
-            "{}: the command ran here, and it is not there now; say where with --in",
-            place.display()
-        );
-        return Err(Failure::new(Exit::Usage, what));
-    }
+    let how = Repeat::Into { fresh: &fresh, files: &files };
+    let again = repeated(folder, &invocation.command, &how)?;
+    let place = invocation.place(folder, args.place.as_deref())?;
     let inputs = RecordedInputs::of(&record(&folder.join("run.toml"))?);
     for what in inputs.replaced(&again.values, &place).iter().chain(&again.notes) {
         out::complain(format_args!("again: {what}"));
@@ -120,7 +149,7 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let after: MadeBy = record(&fresh.join("run.toml"))?;
     let other_inputs = inputs.differences(&RecordedInputs::of(&record(&fresh.join("run.toml"))?));
-    let outcome = compared(folder, &fresh)?;
+    let outcome = compared(folder, &fresh, &invocation.moved)?;
     let numbers = outcome.changed.values().any(|change| *change != FileChange::Bytes);
     let files = !outcome.gone.is_empty() || !outcome.new.is_empty();
     let bytes = before == after && !outcome.changed.is_empty();
@@ -129,7 +158,10 @@ pub fn run(args: &AgainArgs, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// A small TOML file.
-fn record<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, Failure> {
+///
+/// # Errors
+/// Exit code 3: it is no such file.
+pub(in crate::cli) fn record<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, Failure> {
     let found = fs::metadata(path).or_exit(Exit::BadInput, path.display())?;
     if !found.is_file() {
         let what = format!("{}: not a regular file", path.display());

@@ -33,6 +33,8 @@ mod check;
 mod cost;
 mod diff;
 
+pub use diff::differences;
+
 /// Shown under `arch --help`.
 pub const EXAMPLES: &str = "\
 Examples:

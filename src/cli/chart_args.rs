@@ -11,9 +11,11 @@ use powergs_report::Drawing;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Charts")]
 pub struct ChartArgs {
-    /// Size of charts in print; the size of text stays that of a paper
-    #[arg(long, value_enum, value_name = "SIZE", default_value = "slide", hide_short_help = true)]
-    pub chart_size: SheetArg,
+    /// Size of charts in print: column (3.33 in wide, one of two), page (7 in, the width of its
+    /// text), slide (1920 x 1080 pixels), or a width of 1.5 to 20 inches as 3.5in, 88mm or 252pt (a
+    /// point is 1/72 in). Text has 7 points in print; below 3 in it is smaller, above 7 in larger
+    #[arg(long, value_name = "SIZE", default_value_t = Sheet::Slide, hide_short_help = true)]
+    pub chart_size: Sheet,
     /// Charts without a title and the line under it: a caption says that
     #[arg(long, hide_short_help = true)]
     pub no_title: bool,
@@ -21,18 +23,6 @@ pub struct ChartArgs {
     #[arg(long, value_enum, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     #[arg(default_value = "png,svg")]
     pub chart_format: Vec<FormatArg>,
-}
-
-/// How large charts are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub enum SheetArg {
-    /// One of two columns, 3.33 in
-    Column,
-    /// The width of a page of text, 7 in
-    Page,
-    /// 1920 x 1080 pixels
-    #[default]
-    Slide,
 }
 
 /// Kinds of files.
@@ -49,12 +39,7 @@ pub enum FormatArg {
 impl ChartArgs {
     /// What is laid out.
     pub fn style(&self) -> Style {
-        let sheet = match self.chart_size {
-            SheetArg::Column => Sheet::Column,
-            SheetArg::Page => Sheet::Page,
-            SheetArg::Slide => Sheet::Slide,
-        };
-        Style { sheet, title: !self.no_title }
+        Style { sheet: self.chart_size, title: !self.no_title }
     }
 
     /// What is written.

@@ -35,6 +35,8 @@ use powergs_report::format::wrapped;
 use powergs_report::optimize::asked;
 use watch::{PhotoGate, Watched};
 
+pub use photos::camera_file as photo_cameras;
+
 /// Shown under `optimize --help`.
 pub const EXAMPLES: &str = "\
 Examples:

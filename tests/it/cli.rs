@@ -2,11 +2,13 @@
 
 mod again;
 mod background;
+mod certificate;
 mod compare;
 mod completions;
 pub mod explain;
 mod memory;
 mod output_file;
+mod pack;
 mod program;
 mod replay;
 mod run_folder;

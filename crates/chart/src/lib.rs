@@ -16,7 +16,7 @@ pub use mark::{
     Weight,
 };
 pub use scheme::dark_declarations;
-pub use style::{Format, Sheet, Style};
+pub use style::{Format, PrintWidth, Sheet, Style, WidthError};
 
 use powergs_pixels::RgbImage;
 use scheme::SchemeColours;

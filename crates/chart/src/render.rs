@@ -63,7 +63,7 @@ impl RenderFrame {
         let (width, height) = (style.sheet.width(), style.sheet.height());
         let (left, begin, margin) = match style.sheet {
             Sheet::Slide => (40.0, 38.0, 28.0),
-            Sheet::Page | Sheet::Column => (8.0, 4.0, 10.0),
+            Sheet::Page | Sheet::Column | Sheet::Wide(_) => (8.0, 4.0, 10.0),
         };
         RenderFrame { left, begin, right: width - margin, height, title: style.title }
     }

@@ -3,6 +3,7 @@
 //! bytes.
 
 pub mod bottleneck;
+pub mod certificate;
 pub mod charts;
 pub mod codesign;
 pub mod compare;

@@ -9,6 +9,7 @@
 //!
 //! This module opens no file: the caller hands in the texts and the systems.
 
+mod held;
 mod judge;
 mod metric;
 pub mod numbers;
@@ -17,6 +18,7 @@ pub mod run;
 mod totals;
 mod workload;
 
+pub use held::{HeldRows, headline, rows_of, stored_model};
 pub use judge::{Judged, Verdict, judge};
 pub use metric::{Block, Metric};
 pub use numbers::{Baseline, Parts, Tables, TablesError};

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::{INVOCATION, PACKED_INPUTS};
 use crate::cli::pareto::QUESTION;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::format::{counted, significant};
@@ -54,9 +55,18 @@ pub(super) struct AgainOutcome {
     pub passed_over: Vec<String>,
 }
 
-/// Files and folders that say what was typed, or hold unfinished work.
-const PASSED_OVER: [&str; 6] =
-    ["invocation.toml", "records", "checkpoints", "models", "pairs", "slurm"];
+/// Files and folders that say what was typed and where, or hold unfinished work or what `pack` put
+/// there.
+pub(in crate::cli) const PASSED_OVER: [&str; 8] = [
+    INVOCATION,
+    "definition.json",
+    "records",
+    "checkpoints",
+    "models",
+    "pairs",
+    "slurm",
+    PACKED_INPUTS,
+];
 
 /// What is below a folder.
 #[derive(Debug, Default)]
@@ -94,11 +104,16 @@ fn files(folder: &Path) -> Result<FolderFiles, Failure> {
     Ok(found)
 }
 
-/// The files of two folders, compared one by one.
+/// The files of two folders, compared one by one. In the new ones paths of `moved` count as what
+/// was typed for them.
 ///
 /// # Errors
 /// Exit code 3: a file that cannot be read.
-pub(super) fn compared(before: &Path, after: &Path) -> Result<AgainOutcome, Failure> {
+pub(super) fn compared(
+    before: &Path,
+    after: &Path,
+    moved: &BTreeMap<String, String>,
+) -> Result<AgainOutcome, Failure> {
     let (old, new) = (files(before)?, files(after)?);
     let mut outcome = AgainOutcome { passed_over: old.others, ..AgainOutcome::default() };
     let mut new = new.files;
@@ -108,7 +123,10 @@ pub(super) fn compared(before: &Path, after: &Path) -> Result<AgainOutcome, Fail
             continue;
         };
         let read = |path: &Path| fs::read(path).or_exit(Exit::BadInput, path.display());
-        let (a, b) = (read(&path)?, read(&other)?);
+        let (a, mut b) = (read(&path)?, read(&other)?);
+        if a != b && !moved.is_empty() {
+            b = as_typed(b, moved);
+        }
         if a == b {
             outcome.same += 1;
         } else {
@@ -119,6 +137,17 @@ pub(super) fn compared(before: &Path, after: &Path) -> Result<AgainOutcome, Fail
     }
     outcome.new = new.into_keys().collect();
     Ok(outcome)
+}
+
+/// A text with what was typed in place of the paths of an unpacked archive; other files as are.
+fn as_typed(bytes: Vec<u8>, moved: &BTreeMap<String, String>) -> Vec<u8> {
+    match String::from_utf8(bytes) {
+        Ok(text) => {
+            let put = |text: String, (now, then): (&String, &String)| text.replace(now, then);
+            moved.iter().fold(text, put).into_bytes()
+        }
+        Err(e) => e.into_bytes(),
+    }
 }
 
 /// How two tables differ.

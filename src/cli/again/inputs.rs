@@ -5,23 +5,29 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
+use super::words::TypedValue;
 use powergs_core::run::Input;
 use toml::{Table, Value};
 
 /// What is known of one content of an input.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-struct RecordedContent {
-    hash: String,
-    bytes: i64,
+pub(in crate::cli) struct RecordedContent {
+    /// xxh3 of 128 bits, hexadecimal.
+    pub hash: String,
+    /// Its length.
+    pub bytes: i64,
 }
+
+/// Keys under which records have hashes of contents.
+const HASHES: [&str; 2] = ["xxh3-128", "xxh3"];
 
 /// The inputs of a run, by role and name: several may share both.
 #[derive(Debug, Default)]
-pub(super) struct RecordedInputs(BTreeMap<(String, String), BTreeSet<RecordedContent>>);
+pub(in crate::cli) struct RecordedInputs(BTreeMap<(String, String), BTreeSet<RecordedContent>>);
 
 impl RecordedInputs {
     /// All inputs that a `run.toml` has, those of its sides too.
-    pub(super) fn of(record: &Table) -> RecordedInputs {
+    pub(in crate::cli) fn of(record: &Table) -> RecordedInputs {
         let mut found = RecordedInputs::default();
         record.values().for_each(|value| found.add(value));
         found
@@ -32,7 +38,8 @@ impl RecordedInputs {
             Value::Array(items) => items.iter().for_each(|item| self.add(item)),
             Value::Table(table) => {
                 let text = |key: &str| table.get(key).and_then(Value::as_str);
-                let (Some(name), Some(hash)) = (text("name"), text("xxh3-128")) else {
+                let hash = HASHES.into_iter().find_map(text);
+                let (Some(name), Some(hash)) = (text("name"), hash) else {
                     return table.values().for_each(|value| self.add(value));
                 };
                 let bytes = table.get("bytes").and_then(Value::as_integer).unwrap_or(0);
@@ -48,12 +55,29 @@ impl RecordedInputs {
         }
     }
 
+    /// Every input: role, name and contents.
+    pub(in crate::cli) fn all(
+        &self,
+    ) -> impl Iterator<Item = (&str, &str, &BTreeSet<RecordedContent>)> {
+        self.0.iter().map(|((role, name), contents)| (role.as_str(), name.as_str(), contents))
+    }
+
+    /// Whether there is none.
+    pub(in crate::cli) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether an input has this name.
+    pub(in crate::cli) fn has_name(&self, name: &str) -> bool {
+        self.0.keys().any(|(_, known)| known == name)
+    }
+
     /// Files among `values`, which were typed in `place`, whose content is not that of then: a
     /// sentence each.
-    pub(super) fn replaced(&self, values: &[String], place: &Path) -> Vec<String> {
+    pub(super) fn replaced(&self, values: &[TypedValue], place: &Path) -> Vec<String> {
         let mut said = BTreeSet::new();
         for value in values {
-            let path = place.join(value);
+            let path = place.join(&value.text);
             let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned())
             else {
                 continue;
@@ -96,7 +120,8 @@ fn bytes(contents: &BTreeSet<RecordedContent>) -> i64 {
     contents.iter().map(|content| content.bytes).sum()
 }
 
-fn another(name: &str, then: i64, now: i64) -> String {
+/// That a file is not the one of then.
+pub(in crate::cli) fn another(name: &str, then: i64, now: i64) -> String {
     match then == now {
         true => format!("{name} is another file: {now} bytes, with other contents"),
         false => format!("{name} is another file: {then} bytes then, {now} now"),

@@ -4,20 +4,44 @@
 use std::path::Path;
 
 use clap::parser::ValueSource;
-use clap::{Arg, ArgAction, ArgMatches, CommandFactory};
+use clap::{Arg, ArgAction, ArgMatches, CommandFactory, ValueHint};
 
 use crate::cli::{Cli, Exit, Failure};
 use powergs_base::shell;
 
 /// A command that makes a new folder.
 #[derive(Debug, Default)]
-pub(super) struct RepeatedCommand {
+pub(in crate::cli) struct RepeatedCommand {
     /// Its words, without the program.
     pub words: Vec<String>,
     /// What was typed and may name a file.
-    pub values: Vec<String>,
+    pub values: Vec<TypedValue>,
     /// What is otherwise than it was typed, a sentence each.
     pub notes: Vec<String>,
+}
+
+/// A value that was typed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(in crate::cli) struct TypedValue {
+    /// The argument that it is of, as the program calls it.
+    pub of: String,
+    /// As it was typed.
+    pub text: String,
+    /// Whether the argument takes paths alone.
+    pub is_path: bool,
+}
+
+/// What becomes of the words of a command.
+pub(in crate::cli) enum Repeat<'a> {
+    /// It makes the folder `fresh`, and other files in `files`.
+    Into {
+        /// The new folder.
+        fresh: &'a Path,
+        /// Where other files go.
+        files: &'a Path,
+    },
+    /// It is written down, with other texts for what was typed.
+    Written(&'a dyn Fn(&TypedValue) -> String),
 }
 
 /// Commands that write a folder.
@@ -29,15 +53,14 @@ const FILES: [&str; 2] = ["dump_dram", "csv"];
 /// The argument that names results of other runs: with them nothing would be simulated.
 const STORE: &str = "store";
 
-/// The command of `folder` once more, with `fresh` as its folder and other files in `files`.
+/// The command of `folder` once more.
 ///
 /// # Errors
 /// Exit code 3: a command that this version does not know, or that writes no folder.
-pub(super) fn repeated(
+pub(in crate::cli) fn repeated(
     folder: &Path,
     command: &[String],
-    fresh: &Path,
-    files: &Path,
+    how: &Repeat,
 ) -> Result<RepeatedCommand, Failure> {
     let typed: Vec<&str> = command.iter().skip(1).map(String::as_str).collect();
     let refuse = |why: String| {
@@ -71,23 +94,38 @@ pub(super) fn repeated(
         if OF_FOLDER.contains(&id) || !is_typed(matches, id) {
             continue;
         }
-        let occurrences = occurrences(matches, id);
+        let is_path = matches!(arg.get_value_hint(), ValueHint::AnyPath);
+        let typed = |text: &String| TypedValue { of: id.to_owned(), text: text.clone(), is_path };
+        let mut occurrences = occurrences(matches, id);
+        let values: Vec<TypedValue> = occurrences.iter().flatten().map(typed).collect();
         if id == STORE {
             let store = occurrences.concat().concat();
             again.notes.push(format!("--store {store} is left out: everything is simulated"));
+            continue;
         } else if FILES.contains(&id) {
-            let file = files.join(id).display().to_string();
+            let file = match how {
+                Repeat::Into { files, .. } => files.join(id).display().to_string(),
+                // Whoever repeats what is written gives the file another place.
+                Repeat::Written(_) => id.to_owned(),
+            };
             again.words.extend(flag(arg).map(|flag| format!("{flag}={file}")));
-        } else if let Some(place) = arg.get_index() {
-            again.values.extend(occurrences.concat());
+            continue;
+        }
+        if let Repeat::Written(renamed) = how {
+            let other = |text: &mut String| *text = renamed(&typed(text));
+            occurrences.iter_mut().flatten().for_each(other);
+        }
+        again.values.extend(values);
+        if let Some(place) = arg.get_index() {
             places.push((place, occurrences.concat()));
         } else {
-            again.values.extend(occurrences.concat());
             again.words.extend(written(arg, &occurrences));
         }
     }
-    again.words.push("--quiet".to_owned());
-    again.words.push(format!("--out={}", fresh.display()));
+    if let Repeat::Into { fresh, .. } = how {
+        again.words.push("--quiet".to_owned());
+        again.words.push(format!("--out={}", fresh.display()));
+    }
     if !places.is_empty() {
         // What follows are files, whatever they are called.
         again.words.push("--".to_owned());

@@ -13,6 +13,27 @@ use powergs_core::machine::Machine;
 use powergs_core::run::RunError;
 use powergs_report::document::{Column, Document, Table as Rows};
 
+/// A key with what two files have for it; `None` where one does not have it.
+pub type DifferentKey = (String, [Option<String>; 2]);
+
+/// The keys in which two files of one kind differ, without names and descriptions.
+///
+/// # Errors
+/// Exit code 2: a file that cannot be read.
+pub fn differences(a: &str, b: &str) -> Result<Vec<DifferentKey>, Failure> {
+    let [(_, mine), (_, theirs)] = [read(a)?, read(b)?];
+    let keys: BTreeSet<&String> = mine.keys().chain(theirs.keys()).collect();
+    let keys = keys.into_iter().filter(|key| {
+        mine.get(*key) != theirs.get(*key)
+            && !["base", "name", "description"].contains(&key.as_str())
+    });
+    let text = |keys: &Map<String, Json>, key: &str| match keys.get(key) {
+        Some(Json::String(text)) => Some(text.clone()),
+        other => other.map(Json::to_string),
+    };
+    Ok(keys.map(|key| (key.clone(), [text(&mine, key), text(&theirs, key)])).collect())
+}
+
 /// Runs `arch diff`.
 pub fn run(a: &str, b: &str, context: &Context) -> Result<Exit, Failure> {
     let [(kind, mine), (other, theirs)] = [read(a)?, read(b)?];

@@ -15,6 +15,7 @@ use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::{choices, leaves};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, schema_of};
+use powergs_chart::Sheet;
 use powergs_core::flow;
 use powergs_core::machine::Machine;
 use powergs_core::stage::EnergyTable;
@@ -63,6 +64,7 @@ fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
         ("sensitivity", "keys") => list(every_key),
         ("sensitivity", "only") => list(numbers),
         ("pareto", "minimize" | "maximize" | "colour") => list(results),
+        (_, "chart_size") => list(chart_sizes),
         ("explain", "name") => list(explain::names),
         _ => return None,
     })
@@ -73,6 +75,12 @@ fn values_of(path: &str) -> Vec<Described> {
     let docs = key_docs::<Machine>().into_iter().find(|doc| doc.path == path);
     let choices = docs.map(|doc| doc.choices()).unwrap_or_default();
     choices.into_iter().map(|choice| (choice, String::new())).collect()
+}
+
+/// Named sizes of charts, and a width as an example of those that are written as numbers.
+fn chart_sizes() -> Vec<Described> {
+    let named = Sheet::ALL.map(|sheet| (sheet.to_string(), format!("{:.2} in", sheet.inches())));
+    named.into_iter().chain([("3.5in".to_owned(), "any width".to_owned())]).collect()
 }
 
 /// A value and what it says.

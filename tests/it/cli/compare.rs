@@ -42,7 +42,7 @@ fn several_traces_have_speed_ups_with_their_mean() {
     let other = root.path().join("other.bin").to_string_lossy().into_owned();
     fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join(TRACE), &other).expect("copied");
     let out = root.path().join("two").to_string_lossy().into_owned();
-    let how = ["--chart-size", "column", "--no-title", "--chart-format", "svg,pdf", "--json"];
+    let how = ["--chart-size", "88.9mm", "--no-title", "--chart-format", "svg,pdf", "--json"];
     let output = program(&["gscore", "edge", TRACE, &other, "--frames", "0..1", "--out", &out])
         .args(how)
         .assert()
@@ -63,8 +63,11 @@ fn several_traces_have_speed_ups_with_their_mean() {
     assert!(table.starts_with("trace,kind,name,gscore,edge,edge/gscore\n"), "{table}");
     assert!(table.contains("\ndemo,measure,") && table.contains("\nother,mean,"), "{table}");
     let svg = read("speedup.svg");
-    assert!(svg.contains("width=\"3.330in\"") && !svg.contains("Speed-up over gscore</text>"));
-    assert!(Path::new(&out).join("speedup.pdf").is_file());
+    assert!(svg.contains("width=\"3.500in\"") && !svg.contains("Speed-up over gscore</text>"));
+    let pdf = fs::read(Path::new(&out).join("speedup.pdf")).expect("a PDF");
+    // 3.5 in are 252 points.
+    let page = String::from_utf8_lossy(&pdf);
+    assert!(page.contains("/MediaBox[0 0 252 "), "{page}");
     assert!(!Path::new(&out).join("speedup.png").exists());
 }
 
@@ -105,6 +108,12 @@ fn usage() {
         (&["traces", "reports"][..], 3, "is its folder a finished report"),
         (&["gscore"][..], 2, "one machine only"),
         (&["gscore", "edge", TRACE, "--at-least", "0"][..], 2, "must be above zero"),
+        (&["gscore", "edge", TRACE, "--chart-size", "3.5"][..], 2, "3.5in, 88mm, 8.8cm or 252pt"),
+        (&["gscore", "edge", TRACE, "--chart-size", "wide"][..], 2, "column, page or slide"),
+        (&["gscore", "edge", TRACE, "--chart-size", "88m"][..], 2, "a width with its unit"),
+        (&["gscore", "edge", TRACE, "--chart-size=-3in"][..], 2, "a width with its unit"),
+        (&["gscore", "edge", TRACE, "--chart-size", "1in"][..], 2, "1.5in to 20in wide"),
+        (&["gscore", "edge", TRACE, "--chart-size", "9999999pt"][..], 2, "1.5in to 20in wide"),
     ] {
         let failed = program(arguments).assert().code(code);
         failed.stderr(predicate::str::contains(words));

@@ -65,6 +65,7 @@ fn bash_completes_at_every_level() {
         ("powergs-sim replay scene.bin --arch gscore-1", &["gscore-16core"]),
         ("powergs-sim replay scene.bin --arch|=|gscore-1", &["gscore-16core"]),
         ("powergs-sim replay scene.bin --arch mi", &["mine.toml"]),
+        ("powergs-sim replay --chart-size ", &["slide", "page", "column", "3.5in"]),
         ("powergs-sim replay sc", &["scene.bin"]),
         ("powergs-sim replay tw", &["two words.bin"]),
         ("powergs-sim replay --out rep", &["reports"]),

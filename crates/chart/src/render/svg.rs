@@ -22,7 +22,7 @@ pub(crate) fn svg(scene: &Scene, palette: SchemeColours) -> Result<String, Strin
     let [width, height] = [scene.size.0, scene.size.1].map(number);
     let print = |length: f64| match scene.sheet {
         Sheet::Slide => number(length),
-        Sheet::Page | Sheet::Column => {
+        Sheet::Page | Sheet::Column | Sheet::Wide(_) => {
             format!("{:.3}in", length / scene.sheet.units_per_inch())
         }
     };

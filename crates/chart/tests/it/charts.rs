@@ -5,7 +5,7 @@ use powergs_chart::render::scene::{HINTS, Shape};
 use powergs_chart::{
     Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Diagram, DiagramBlock, Entry, Form,
     Gauge, Label, Line, Mark, Name, Panel, Part, Place, Points, Rule, Scale, Sheet, Side, Size,
-    Span, Style, Symbol, Weight, Words,
+    Span, Style, Symbol, Weight, WidthError, Words,
 };
 use powergs_pixels::{Limits, RgbImage, Samples, decode};
 
@@ -439,11 +439,32 @@ fn columns_are_narrow_and_their_text_is_no_smaller() {
         };
         (number(width), number(view))
     };
-    for sheet in [Sheet::Column, Sheet::Page] {
+    let read = |text: &str| -> Sheet { text.parse().expect(text) };
+    let widths = ["3in", "3.5in", "88mm", "11 cm", "360pt", "6.75in", "20in"].map(read);
+    for sheet in [Sheet::Column, Sheet::Page].into_iter().chain(widths) {
         let (inches, units) = width(sheet);
         assert!((inches - sheet.inches()).abs() < 0.005);
         // Normal text has 18 units.
-        assert!(18.0 * inches * 72.0 / units >= 7.0, "{sheet:?}");
+        assert!(18.0 * inches * 72.0 / units >= 6.99, "{sheet:?}");
+    }
+    // What is narrower than labels need gets smaller text.
+    assert!((width(read("1.5in")).0 - 1.5).abs() < 0.005);
+}
+
+#[test]
+fn a_width_is_a_number_with_its_unit_or_a_name() {
+    let inches = |text: &str| text.parse::<Sheet>().map(Sheet::inches);
+    for text in ["3.5in", "88.9mm", "8.89 cm", "252pt"] {
+        assert_eq!(inches(text), Ok(3.5), "{text}");
+    }
+    for sheet in Sheet::ALL.into_iter().chain(["3.5in".parse().expect("a width")]) {
+        assert_eq!(sheet.to_string().parse(), Ok(sheet));
+    }
+    for text in ["", "in", "3.5", "wide", "-2in", "1e1in", "NaNin", "infin", "1.2.3in", "2 m"] {
+        assert_eq!(inches(text), Err(WidthError::Unread), "{text}");
+    }
+    for text in ["1.49in", "21in", "0mm", &format!("{}pt", "9".repeat(400))] {
+        assert_eq!(inches(text), Err(WidthError::Range), "{text}");
     }
 }
 

@@ -43,6 +43,6 @@ pub use request::{StandIn, SweepRequest};
 pub use results::{Results, Tally};
 pub use shared::SharedResults;
 pub use state::State;
-pub use traces::SweepTrace;
+pub use traces::{SweepTrace, trace_files};
 pub use watch::SweepWatch;
 pub use work::{ResultSink, work};

@@ -60,6 +60,11 @@ impl Judged<'_> {
         deviation(self.row.published, self.ours)
     }
 
+    /// Whether it must be inside of its tolerance, and is.
+    pub fn holds(&self) -> bool {
+        self.verdict == Verdict::Holds
+    }
+
     /// Which part of the published gain ours is: 1 is all of it, 0 none. `None` for rows that are
     /// not the gain of a later accelerator.
     pub fn share_of_gain(&self) -> Option<f64> {

@@ -247,6 +247,34 @@ impl Metric {
         self.facts().3
     }
 
+    /// Whether it is a rate, a power or an energy of whole frames, or how those of two machines
+    /// compare.
+    pub const fn is_of_frames(self) -> bool {
+        matches!(
+            self,
+            Metric::Fps
+                | Metric::Speedup
+                | Metric::Power
+                | Metric::Energy
+                | Metric::FrameEnergy
+                | Metric::EnergyRatio
+                | Metric::EdpRatio
+        )
+    }
+
+    /// What one number of it is called in a sentence.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Metric::Fps => "rate",
+            Metric::Speedup => "speed-up",
+            Metric::Power => "power",
+            Metric::Energy | Metric::FrameEnergy => "energy per frame",
+            Metric::EnergyRatio => "energy saving",
+            Metric::EdpRatio => "gain in energy times delay",
+            _ => "value",
+        }
+    }
+
     /// Whether it is a share or a ratio, which scenes of any size have.
     pub fn is_relative(self) -> bool {
         ["", "x"].contains(&self.unit())

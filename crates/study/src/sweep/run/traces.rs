@@ -65,7 +65,7 @@ pub fn open(
 ) -> Result<Vec<SweepTrace<'static>>, RunError> {
     let mut opened: Vec<SweepTrace> = Vec::new();
     for w in wanted {
-        let files = files(&w.pattern, w.folder.as_deref())?;
+        let files = trace_files(&w.pattern, w.folder.as_deref())?;
         if files.len() > 1 && w.label.is_some() {
             let what = format!("traces `{}`: one label for {} files", w.pattern, files.len());
             return Err(RunError::Request(format!("{what}; leave `label` out")));
@@ -94,8 +94,11 @@ pub fn open(
 /// Files of one pattern at most.
 const FILES_MAX: usize = 10_000;
 
-/// The files of a pattern, sorted.
-fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
+/// The files of a pattern with `*` and `?` in `folder`, or in the working folder, sorted.
+///
+/// # Errors
+/// [`RunError::Input`]: there is none; [`RunError::Request`]: too many.
+pub fn trace_files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
     let path = placed_in(pattern, folder);
     if path.exists() {
         return Ok(vec![path]);
