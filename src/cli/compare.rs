@@ -19,9 +19,11 @@ use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Watts;
+use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{System, SystemSpec, TraceFile};
 use powergs_report::compare::Decided;
 use powergs_report::{Drawing, compare, speedup};
+use powergs_study::common::{KeptMemory, one_memory};
 use powergs_study::findings::compare::{Across, Comparison, Decision, Limits, Side};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
@@ -39,6 +41,7 @@ Examples:
   powergs-sim compare gscore --all-machines --workloads standard
   powergs-sim compare gscore gcc room.bin snow.bin --fps 90 --budget 1.2W --latency 20ms
   powergs-sim compare gsarch vorion-train orin-nx-train fox.bin
+  powergs-sim compare gscore gcc vorion room.bin --common
 
 The first machine (or report) is what the others are compared with.";
 
@@ -78,6 +81,10 @@ pub struct CompareCommandArgs {
     /// and powers of blocks and of whole modules
     #[arg(long)]
     pub across_nodes: bool,
+    /// Give all machines the memory of the first: device, channels, model, second master, price,
+    /// PHY; those that cannot have it are named
+    #[arg(long)]
+    pub common: bool,
     /// Put times and energies of rendering, training and tracking into ratios
     #[arg(long)]
     pub across_tasks: bool,
@@ -323,7 +330,15 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
         };
         inputs::loaded(&spec)
     };
-    machines.iter().map(load).collect()
+    let systems = machines.iter().map(load).collect::<Result<Vec<System>, _>>()?;
+    if !args.common {
+        return Ok(systems);
+    }
+    let (systems, kept) = one_memory(systems, &DiskFiles)?;
+    for KeptMemory { machine, why } in kept {
+        out::complain(format_args!("note: {machine} keeps its own memory: {why}"));
+    }
+    Ok(systems)
 }
 
 /// Machines and traces among the items: traces stand last.

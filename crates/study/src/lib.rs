@@ -2,6 +2,7 @@
 //! tables, and published numbers beside ours.
 
 pub mod analysis;
+pub mod common;
 pub mod extract;
 pub mod findings;
 pub mod replay;

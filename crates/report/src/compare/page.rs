@@ -17,6 +17,7 @@ use powergs_study::findings::compare::{
 };
 use powergs_study::findings::{Key, Record, bottleneck};
 use powergs_study::speedup::SpeedUp;
+use powergs_study::validate;
 
 /// Characters of the name of a side on a terminal.
 const LABEL: usize = 14;
@@ -63,6 +64,8 @@ pub fn document(
     page.on(Shown::Page, Block::Table(stalls(&comparison.sides, 0.0)));
     limits(&mut page, comparison);
     notes(&mut page, &comparison.notes);
+    gaps(&mut page, &comparison.sides);
+    payments(&mut page, comparison);
     differences(&mut page, &comparison.sides);
     page.charts(charts);
     page.page_paragraph(Text::marked(
@@ -99,7 +102,9 @@ pub fn document_of(
     // What holds on all traces is said once.
     let is_common = |note: &Note| all.iter().all(|c| c.notes.contains(note));
     notes(&mut page, all[0].notes.iter().filter(|note| is_common(note)));
+    gaps(&mut page, &all[0].sides);
     page.charts(charts);
+    payments(&mut page, &all[0]);
     for (comparison, trace) in all.iter().zip(&speedup.traces) {
         let sides = &comparison.sides;
         let frames = shown(comparison);
@@ -128,6 +133,58 @@ fn steps(page: &mut Document, comparison: &Comparison) {
     if !all.is_empty() {
         page.page_heading("Parts of a step");
         page.table(crate::steps::table(&all));
+    }
+}
+
+/// What some sides do and others do not, and what is left out of some: that is free for these.
+fn payments(page: &mut Document, comparison: &Comparison) {
+    let sides = &comparison.sides;
+    let done = comparison.done_by_some();
+    if !done.is_empty() {
+        page.page_heading("Who does what");
+        let noun = comparison.task().map_or("frame or step", |task| task.noun());
+        page.page_paragraph(Text::marked(&format!(
+            "Work that not all sides do, how often in a {noun}; `powergs-sim explain actions.NAME` \
+             has each with its price."
+        )));
+        let mut table = Table::new(columns("work", Kind::Real(significant), sides));
+        for (key, counts) in done {
+            let cells = counts.into_iter().map(|n| Cell::from(Some(n).filter(|n| *n > 0.0)));
+            table.row([Cell::from(Text::code(key))].into_iter().chain(cells));
+        }
+        page.on(Shown::Page, Block::Table(table));
+    }
+    let left_out = comparison.left_out_by_some();
+    if !left_out.is_empty() {
+        page.page_heading("What is free for some");
+        page.page_paragraph(Text::marked(
+            "Effects that are left out of some sides and not of others: simulated time is wrong \
+             for these alone. `powergs-sim sensitivity MACHINE TRACE --assumptions --only A119` \
+             says how far a number behind one moves the result.",
+        ));
+        let words = [Column::text("effect"), Column::text("time is"), Column::text("see")];
+        let own = columns("effect", Kind::Text, sides).into_iter().skip(1);
+        let mut table = Table::new(words.into_iter().chain(own));
+        for (effect, by) in left_out {
+            let first = [effect.what.into(), effect.bias.name().into(), effect.assumption.into()];
+            let cells = by.into_iter().map(|by| Cell::from(if by { "left out" } else { "-" }));
+            table.row(first.into_iter().chain(cells));
+        }
+        page.on(Shown::Page, Block::Table(table));
+    }
+}
+
+/// What each machine that comes with the program misses most of its published numbers.
+fn gaps(page: &mut Document, sides: &[Side]) {
+    let gap = |side: &Side| {
+        let judged = validate::headline(&side.machine)?;
+        let text = format!(": {}", crate::validate::headline(&judged));
+        Some(Text::strong(side.machine.clone()).then(Text::marked(&text)))
+    };
+    let gaps: Vec<Text> = sides.iter().filter_map(gap).collect();
+    if !gaps.is_empty() {
+        page.heading("Published numbers that are missed most");
+        page.add(Block::List(gaps));
     }
 }
 
@@ -299,7 +356,7 @@ pub fn note(note: &Note) -> String {
                 "areas, energies and powers have no ratios; take those of energies and powers \
                  --across-nodes"
             };
-            differ("what is counted", scopes, String::clone, so)
+            differ("scopes of power", scopes, String::clone, so)
         }
         Note::Starved { label, gets, asks } => format!(
             "the second master of {label} is STARVED: it gets {} of {} GB/s \

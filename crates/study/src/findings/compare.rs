@@ -12,6 +12,9 @@ pub use side::{OffClock, Side};
 
 use powergs_core::flow::Task;
 use powergs_core::sim::statistics::Key;
+use powergs_core::stage::{Does, hardware};
+
+use super::limits::{Effect, not_modelled};
 
 /// Which way is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -382,6 +385,38 @@ impl Comparison {
             values.iter().any(|value| *value != values[0])
         };
         Basis::ALL.map(of).into_iter().filter(differs).collect()
+    }
+
+    /// Effects that some sides leave out and others do not, each with whether a side leaves it out:
+    /// what is free for these.
+    pub fn left_out_by_some(&self) -> Vec<(Effect, Vec<bool>)> {
+        let by = |effect: Effect| {
+            let leaves = |side: &Side| side.left_out.iter().any(|what| what == effect.what);
+            (effect, self.sides.iter().map(leaves).collect::<Vec<_>>())
+        };
+        let is_mixed = |(_, by): &(Effect, Vec<bool>)| by.contains(&true) && by.contains(&false);
+        let mut all: Vec<(Effect, Vec<bool>)> = Vec::new();
+        for row in not_modelled().into_iter().map(by).filter(is_mixed) {
+            if !all.iter().any(|(known, _)| known.what == row.0.what) {
+                all.push(row);
+            }
+        }
+        all
+    }
+
+    /// Work that some sides do and others do not: its key, and how often each does it in a frame.
+    pub fn done_by_some(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let of = |key: &'static str| {
+            let name = format!("actions.{}", key.replace('-', "_"));
+            let n = |side: &Side| side.statistics.named(&name).map_or(0.0, |all| all.mean);
+            (key, self.sides.iter().map(n).collect::<Vec<f64>>())
+        };
+        let work = hardware().actions().filter_map(|(_, does)| match does {
+            Does::Work(_, work) => Some(work.key),
+            _ => None,
+        });
+        let is_mixed = |(_, n): &(&str, Vec<f64>)| n.contains(&0.0) && n.iter().any(|n| *n > 0.0);
+        work.map(of).filter(is_mixed).collect()
     }
 
     /// What all sides do; `None` where they do different things.

@@ -37,6 +37,8 @@ pub fn record(run: &Run) -> Table {
     table.insert("machine".into(), machine.name.clone().into());
     table.insert("task".into(), machine.task.name().into());
     table.insert("energy-table".into(), machine.energy_table.clone().into());
+    let left_out = machine.left_out.iter().map(|effect| Value::from(effect.what));
+    table.insert("left-out".into(), Value::Array(left_out.collect()));
     let measures = [
         ("node-nm", machine.node_nm),
         ("clock-hz", machine.clock_hz),

@@ -42,6 +42,8 @@ pub struct Side {
     pub power_scope: String,
     /// What the second master at its memory asks for, 10⁹ bytes per second; `None` without one.
     pub second_master_gb_s: Option<f64>,
+    /// Effects that it leaves out, in words; empty where an older record does not say.
+    pub left_out: Vec<String>,
     /// `cycle` or `paper`.
     pub model: String,
     /// `dram.model` of the machine; empty in the `paper` model.
@@ -126,6 +128,10 @@ impl Side {
             task: basis::task(facts),
             is_block: !is_whole_chip(&record),
             power_scope: power_scope(&record),
+            left_out: {
+                let all = fact("left-out").and_then(Value::as_array).into_iter().flatten();
+                all.filter_map(Value::as_str).map(str::to_owned).collect()
+            },
             second_master_gb_s: second_master(&record),
             model: string("model")?.to_owned(),
             dram_model: dram
