@@ -50,6 +50,11 @@ impl PackReads {
     }
 }
 
+/// Whether a command trains models: its record has one hash of all inputs.
+pub(super) fn trains(command: &RepeatedCommand) -> bool {
+    command.words.first().is_some_and(|name| ["optimize", "codesign"].contains(&name.as_str()))
+}
+
 /// The files that a command of `folder` reads which ran in `place`.
 pub(super) fn of(
     command: &RepeatedCommand,
@@ -57,8 +62,7 @@ pub(super) fn of(
     folder: &Path,
     record: &PackRecord,
 ) -> Result<PackReads, Failure> {
-    let trains =
-        command.words.first().is_some_and(|name| ["optimize", "codesign"].contains(&&**name));
+    let trains = trains(command);
     let has_cameras = command.values.iter().any(|value| value.of == "cameras");
     let mut reads = PackReads::default();
     for value in &command.values {

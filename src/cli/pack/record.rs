@@ -43,7 +43,7 @@ impl PackChecked {
         match (self.each, self.of_reports) {
             (true, 0) => same,
             (true, n) => format!("{same}, {n} in records of the reports that it compares"),
-            (false, _) => format!("{same}; it has no hash of each other one: `again` compares"),
+            (false, _) => format!("{same}; it has no hash of the others, which `again` compares"),
         }
     }
 }
@@ -120,6 +120,17 @@ pub(super) fn check(
             return Err(Failure::new(Exit::BadInput, what));
         }
         checked.same += 1;
+    }
+    // A record of somebody else may have a command that names files of this computer.
+    let is_known = |file: &PackedNow| {
+        let in_report = reads.reports.iter().any(|folder| file.path.starts_with(folder));
+        in_report || record.inputs.has_name(&file.name)
+    };
+    let others = now.iter().filter(|file| checked.each && !is_known(file));
+    let others: Vec<String> = others.map(|file| file.path.display().to_string()).collect();
+    if !others.is_empty() {
+        let what = format!("packed, and not in the record: {}", others.join(", "));
+        checked.notes.push(what);
     }
     checked.notes.dedup();
     Ok(Some(checked))
