@@ -85,6 +85,10 @@ pub fn run(args: &PackArgs, context: &Context) -> Result<Exit, Failure> {
         return Err(refuse(what));
     }
     let own = record::PackRecord::of(&run);
+    let has_each = !reads::trains(&command);
+    if has_each && own.inputs.is_empty() {
+        return Err(refuse("has no inputs in its run.toml: it is no record of a run"));
+    }
     let reads = reads::of(&command, &place, &lexical(folder)?, &own)?;
     let Some(checked) = record::check(&own, &reads, &place, context)? else {
         return Ok(Exit::Interrupted);

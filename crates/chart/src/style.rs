@@ -24,7 +24,7 @@ pub enum Sheet {
 /// Page units in an inch where normal text, which has 18 units, has 7 points.
 const PER_INCH: f64 = 18.0 * 72.0 / 7.0;
 /// Charts below this width have their panels above each other, inches.
-const NARROW: f64 = 5.5;
+const NARROW: f64 = 6.0;
 /// What is narrower is laid out as if it had this width and made smaller with its text, inches:
 /// labels need room.
 const NARROWEST_LAYOUT: f64 = 3.0;

@@ -15,8 +15,8 @@ const FAINT: f64 = 1.6;
 /// # Panics
 /// If the chart cannot be drawn.
 pub fn covered(chart: &Chart) -> Vec<String> {
-    // Layouts of widths change at 3, 5.5 and 7 inches.
-    let widths = ["3in", "5.49in", "5.5in", "6in"].map(|width| width.parse().expect("a width"));
+    // Layouts of widths change at 3, 6 and 7 inches.
+    let widths = ["3in", "5.99in", "6in"].map(|width| width.parse().expect("a width"));
     let sheets = Sheet::ALL.into_iter().chain(widths);
     let styles = sheets.flat_map(|sheet| [true, false].map(|title| Style { sheet, title }));
     let on = |style: Style| {

@@ -13,6 +13,7 @@ use super::archive::{PackEntry, PackSource};
 use super::reads::{PackReads, texts};
 use crate::cli::again::words::{Repeat, TypedValue, repeated};
 use crate::cli::again::{INVOCATION, PACKED_INPUTS, TypedCommand};
+use crate::cli::scene_file::name_of;
 use crate::cli::{Exit, Failure, OrExit};
 
 /// Files of a folder that may say what was typed.
@@ -55,7 +56,13 @@ impl<'a> PackLayout<'a> {
         let apart = reads.apart.iter().enumerate().map(|(i, (typed, apart))| {
             let folders = apart.files.iter().filter_map(|file| file.parent());
             let own = apart.path.parent().unwrap_or(&apart.path).to_owned();
-            let root = folders.fold(own, |root, folder| common(&root, folder));
+            let mut root = folders.fold(own, |root, folder| common(&root, folder));
+            // A model that is called like a folder around it keeps that folder.
+            let is_named = |root: &Path| {
+                let inside = apart.path.strip_prefix(root);
+                inside.is_ok_and(|inside| name_of(inside) == name_of(&apart.path))
+            };
+            while !is_named(&root) && root.pop() {}
             (typed.as_str(), (i + 1, root))
         });
         PackLayout { reads, place, root, apart: apart.collect() }
@@ -146,11 +153,10 @@ impl<'a> PackLayout<'a> {
     fn relative(&self, text: &str) -> Option<String> {
         let path =
             Path::new(text).is_absolute().then(|| lexical(Path::new(text)).ok()).flatten()?;
-        if let Ok(inside) = path.strip_prefix(self.place) {
-            let inside = slashed(inside)?;
+        let Some((number, root)) = self.apart.get(text) else {
+            let inside = slashed(path.strip_prefix(self.place).ok()?)?;
             return Some(if inside.is_empty() { ".".to_owned() } else { inside });
-        }
-        let (number, root) = self.apart.get(text)?;
+        };
         let inside = slashed(path.strip_prefix(root).ok()?)?;
         // Up from the working folder, and from `work`.
         let depth = self.place.strip_prefix(&self.root).map_or(0, |p| p.components().count()) + 1;

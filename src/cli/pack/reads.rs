@@ -8,6 +8,7 @@ use super::layout::lexical;
 use super::record::PackRecord;
 use crate::cli::again::words::{RepeatedCommand, TypedValue};
 use crate::cli::optimize::photo_cameras;
+use crate::cli::scene_file::name_of;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH, find};
 use powergs_study::sweep::run::trace_files;
@@ -21,7 +22,7 @@ const PATH_MAX: usize = 4_096;
 /// What a training run says of itself, and how many folders above a model it is looked for.
 const TRAINER: (&str, usize) = ("cfg_args", 3);
 
-/// What was typed with an absolute path outside of the working folder: it gets a place of its own.
+/// What was typed with an absolute path, outside of the working folder: it gets a place of its own.
 #[derive(Debug)]
 pub(super) struct TypedApart {
     /// What was typed, or the part of a pattern before its first `*` or `?`.
@@ -49,6 +50,11 @@ impl PackReads {
     }
 }
 
+/// Whether a command trains models: its record has one hash of all inputs.
+pub(super) fn trains(command: &RepeatedCommand) -> bool {
+    command.words.first().is_some_and(|name| ["optimize", "codesign"].contains(&name.as_str()))
+}
+
 /// The files that a command of `folder` reads which ran in `place`.
 pub(super) fn of(
     command: &RepeatedCommand,
@@ -56,8 +62,7 @@ pub(super) fn of(
     folder: &Path,
     record: &PackRecord,
 ) -> Result<PackReads, Failure> {
-    let trains =
-        command.words.first().is_some_and(|name| ["optimize", "codesign"].contains(&&**name));
+    let trains = trains(command);
     let has_cameras = command.values.iter().any(|value| value.of == "cameras");
     let mut reads = PackReads::default();
     for value in &command.values {
@@ -73,7 +78,10 @@ pub(super) fn of(
             }
             let is_report = path.is_dir() && path.join("run.toml").is_file();
             reads.reports.extend(is_report.then(|| path.clone()));
-            if Path::new(text).is_absolute() && !path.starts_with(place) {
+            // A model may be called like a folder that it is in.
+            let is_inside =
+                path.strip_prefix(place).is_ok_and(|inside| name_of(inside) == name_of(&path));
+            if Path::new(text).is_absolute() && !is_inside {
                 let apart = TypedApart { path, files: finder.files };
                 reads.apart.insert(text.to_owned(), apart);
             } else {

@@ -28,6 +28,8 @@ const OTHERS: [(&str, &str); 1] = [("space-xxh3", "the space file")];
 pub(super) struct PackChecked {
     /// Files whose hash is that of the record.
     same: usize,
+    /// Inputs of reports that are compared, as their own records have them.
+    of_reports: usize,
     /// Whether the record has a hash of each input.
     each: bool,
     /// What else is to be said, a sentence each.
@@ -38,9 +40,10 @@ impl PackChecked {
     /// In words.
     pub(super) fn said(&self) -> String {
         let same = format!("{} as in the record", counted(self.same, "input"));
-        match self.each {
-            true => same,
-            false => format!("{same}; it has one hash of the others, which `again` compares"),
+        match (self.each, self.of_reports) {
+            (true, 0) => same,
+            (true, n) => format!("{same}, {n} in records of the reports that it compares"),
+            (false, _) => format!("{same}; it has no hash of the others, which `again` compares"),
         }
     }
 }
@@ -89,14 +92,18 @@ pub(super) fn check(
     let mut of_reports = BTreeSet::new();
     for folder in &reads.reports {
         let inputs = RecordedInputs::of(&small_toml(&folder.join("run.toml"))?);
-        of_reports.extend(inputs.all().map(|(role, name, _)| (role.to_owned(), name.to_owned())));
+        for (role, name, contents) in inputs.all() {
+            let of = |then: &RecordedContent| (role.to_owned(), name.to_owned(), then.clone());
+            of_reports.extend(contents.iter().map(of));
+        }
     }
     let mut checked = PackChecked { each: !record.inputs.is_empty(), ..PackChecked::default() };
     for (role, name, contents) in record.inputs.all() {
-        if of_reports.contains(&(role.to_owned(), name.to_owned())) {
-            continue;
-        }
         for then in contents {
+            if of_reports.contains(&(role.to_owned(), name.to_owned(), then.clone())) {
+                checked.of_reports += 1;
+                continue;
+            }
             match of(role, name, then, &now, place)? {
                 InputNow::Same => checked.same += 1,
                 InputNow::Embedded => {}
@@ -113,6 +120,17 @@ pub(super) fn check(
             return Err(Failure::new(Exit::BadInput, what));
         }
         checked.same += 1;
+    }
+    // A record of somebody else may have a command that names files of this computer.
+    let is_known = |file: &PackedNow| {
+        let in_report = reads.reports.iter().any(|folder| file.path.starts_with(folder));
+        in_report || record.inputs.has_name(&file.name)
+    };
+    let others = now.iter().filter(|file| checked.each && !is_known(file));
+    let others: Vec<String> = others.map(|file| file.path.display().to_string()).collect();
+    if !others.is_empty() {
+        let what = format!("packed, and not in the record: {}", others.join(", "));
+        checked.notes.push(what);
     }
     checked.notes.dedup();
     Ok(Some(checked))

@@ -156,6 +156,25 @@ fn a_sensitivity_analysis_is_packed() {
 }
 
 #[test]
+fn a_trained_model_keeps_its_name_and_its_background() {
+    let home = Home::new();
+    let run = "data/chair/point_cloud/iteration_7";
+    fs::create_dir_all(home.path(run)).expect("made");
+    home.write("data/chair/cfg_args", "Namespace(white_background=True)");
+    let model = home.text(&format!("{run}/point_cloud.ply"));
+    home.run("work", &["synth", "lego", "--points", "500", "-q", "-o", &model]).success();
+    let views = ["--orbit", "3", "--size", "32x32", "--iterations", "2", "--arch", "mine.toml"];
+    let optimize = [&["optimize", &model], &views[..], &["-q", "-o", "chair"]].concat();
+    home.run("work", &optimize);
+    home.run("work", &["pack", "chair"]).success().stdout(contains("left out"));
+    let names = home.names("chair");
+    for name in ["chair/cfg_args", "chair/point_cloud/iteration_7/point_cloud.ply"] {
+        assert!(names.contains(&format!("chair/inputs/1/{name}")), "{name}: {names:?}");
+    }
+    home.again_elsewhere("chair");
+}
+
+#[test]
 fn what_cannot_be_packed_is_refused_by_name() {
     let home = Home::new();
     home.run("work", &[&REPLAY[..], &["-o", "out"]].concat()).success();
@@ -185,6 +204,8 @@ fn what_cannot_be_packed_is_refused_by_name() {
     }
     let run = home.path("work/out/run.toml");
     let text = fs::read_to_string(&run).expect("a record");
+    fs::write(&run, "schema-version = 3\n").expect("written");
+    refused(&["out"], 3, "it is no record of a run");
     fs::write(&run, text.replace("incomplete = false", "incomplete = true")).expect("written");
     refused(&["out"], 3, "interrupted");
     assert_eq!(leftovers(&home.path("work")), Vec::<String>::new());
