@@ -22,6 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut frames = MemoryFrames { name: trace, frames: vec![frame] };
     let system = System::named("gscore")?;
     let replay = Replay {
+        latency_ms: None,
         target: Target::System(&system),
         display_fps: 60.0,
         what_if_frames: 0,
