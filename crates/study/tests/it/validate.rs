@@ -12,7 +12,7 @@ use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{MEMORY, measure_on, of_any_scene, steps, value};
 use powergs_study::validate::{
     Baseline, Built, Gap, MachineName, Metric, Parts, Row, Status, Tables, Tolerance, Verdict,
-    judge, measure,
+    headline, judge, measure, rows_of,
 };
 use powergs_views::{RenderedViews, rendered};
 
@@ -324,4 +324,26 @@ fn broken_tables_name_the_cell() {
     ];
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/validation-errors.txt");
     expect_file![path].assert_eq(&(all.join("\n") + "\n"));
+}
+
+#[test]
+fn every_row_belongs_to_the_machine_that_it_names() {
+    let tables = Tables::embedded();
+    let names: std::collections::BTreeSet<&str> =
+        tables.rows.iter().map(|row| row.machine.arch.as_str()).collect();
+    let mut rows = 0;
+    for name in names {
+        let held = rows_of(name);
+        assert!(held.rows.iter().all(|j| j.row.machine.sets.is_empty()), "{name}");
+        assert!(held.variants.iter().all(|j| !j.row.machine.sets.is_empty()), "{name}");
+        assert!(held.against.iter().all(|row| row.machine.arch != name), "{name}");
+        rows += held.rows.len() + held.variants.len();
+        let Some(missed) = headline(name) else { continue };
+        assert_eq!(missed.row.id, held.rows[0].row.id, "the headline is the first row");
+        assert!(missed.row.metric.is_of_frames(), "{name}: {}", missed.row.id);
+        assert!(missed.verdict != Verdict::Holds, "{name}: {}", missed.row.id);
+    }
+    assert_eq!(rows, tables.rows.len());
+    assert_eq!(headline("gsarch").map(|j| j.row.id.as_str()), Some("gsarch-train"));
+    assert!(headline("no-such-machine").is_none() && rows_of("chang").rows.is_empty());
 }
