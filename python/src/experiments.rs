@@ -24,7 +24,9 @@ use powergs_dram::address_trace::Requests;
 use powergs_dram::stream::run_stream;
 use powergs_dram::{Device, Mode};
 use powergs_report as report;
-use powergs_study::findings::compare::{Across, Comparison as Compared, Decision, Limits, Side};
+use powergs_study::findings::compare::{
+    Across, AskedLimits, Comparison as Compared, Decision, Side,
+};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
 use powergs_study::validate::run::{MEMORY, steps, value};
@@ -60,7 +62,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// Of one comparison per trace.
-    fn of(all: &[Compared], names: &[String], limits: &Limits) -> Result<Comparison, Fault> {
+    fn of(all: &[Compared], names: &[String], limits: &AskedLimits) -> Result<Comparison, Fault> {
         let first = &all[0];
         let decision = Decision::of(all, limits);
         let decision = decision.map_err(|e| Fault::config(format!("where: {e}")))?;
@@ -177,9 +179,10 @@ impl Comparison {
 ///
 /// ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
 /// ``at_least`` the others must have that many times the frame rate of the first. Areas and
-/// energies of different technology nodes have ratios only with ``across_nodes``, times and energies
-/// of different tasks only with ``across_tasks``. ``budget_w``, ``latency_ms`` and ``where`` (a
-/// condition such as ``"area_mm2.total <= 4"``) are what machines must meet besides the display rate.
+/// energies of different technology nodes have ratios only with ``across_nodes``, times and
+/// energies of different tasks only with ``across_tasks``. ``budget_w``, ``latency_ms`` and
+/// ``where`` (a condition such as ``"area_mm2.total <= 4"``) are what machines must meet besides
+/// the display rate.
 ///
 /// Raises ``GoalMissed`` where they have not.
 #[pyfunction]
@@ -210,7 +213,7 @@ pub fn compare(
     let fps = display_rate(fps)?;
     let condition = r#where.map(str::parse).transpose();
     let condition = condition.map_err(|e| Fault::config(format!("where: {e}")).raise())?;
-    let limits = Limits { budget_w, latency_ms, condition };
+    let limits = AskedLimits { budget_w, latency_ms, condition };
     let across = Across { nodes: across_nodes, tasks: across_tasks };
     let mut systems: Vec<System> = Vec::new();
     for machine in &machines {

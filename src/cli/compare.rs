@@ -18,13 +18,16 @@ use super::replay::DEFAULT_DISPLAY;
 use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
+use powergs_base::config::knob;
 use powergs_base::quantity::Watts;
 use powergs_core::run::files::DiskFiles;
-use powergs_core::run::{System, SystemSpec, TraceFile};
+use powergs_core::run::{Change, System, SystemSpec, TraceFile};
 use powergs_report::compare::Decided;
+use powergs_report::document::Table;
 use powergs_report::{Drawing, compare, speedup};
+use powergs_study::ablation::ablations;
 use powergs_study::common::{KeptMemory, one_memory};
-use powergs_study::findings::compare::{Across, Comparison, Decision, Limits, Side};
+use powergs_study::findings::compare::{Across, AskedLimits, Comparison, Decision, Side};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
 use powergs_study::sweep::expr::Expr;
@@ -39,9 +42,11 @@ Examples:
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
   powergs-sim compare gscore mine.toml --workloads lego,train,garden
   powergs-sim compare gscore --all-machines --workloads standard
-  powergs-sim compare gscore gcc room.bin snow.bin --fps 90 --budget 1.2W --latency 20ms
+  powergs-sim compare gscore gcc room.bin --fps 90 --budget 1.2W --latency 20ms
   powergs-sim compare gsarch vorion-train orin-nx-train fox.bin
   powergs-sim compare gscore gcc vorion room.bin --common
+  powergs-sim compare neo path.bin --ablate
+  powergs-sim compare gscore room.bin --ablate geometry.test=aabb --table tex
 
 The first machine (or report) is what the others are compared with.";
 
@@ -92,6 +97,14 @@ pub struct CompareCommandArgs {
     /// the first
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
     pub at_least: Option<f64>,
+    /// Print tables for a paper in place of the page: who meets what, and speed-ups over several
+    /// traces
+    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with = "json")]
+    pub table: Option<TableFormat>,
+    /// One machine: also without each of its optional parts in turn, or with KEY=VALUE where
+    /// that is given (several times)
+    #[arg(long, value_name = "KEY=VALUE", num_args = 0..=1, default_missing_value = "")]
+    pub ablate: Vec<String>,
     /// Where the report goes.
     #[command(flatten)]
     pub report: ReportArgs,
@@ -101,6 +114,27 @@ pub struct CompareCommandArgs {
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
+}
+
+/// How tables for papers are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TableFormat {
+    /// LaTeX, with the package `booktabs`.
+    Tex,
+    /// Comma-separated, exact.
+    Csv,
+    /// Markdown.
+    Md,
+}
+
+impl TableFormat {
+    fn write(self, table: &Table) -> String {
+        match self {
+            TableFormat::Tex => table.latex(),
+            TableFormat::Csv => String::from_utf8_lossy(&table.csv()).into_owned(),
+            TableFormat::Md => table.markdown(),
+        }
+    }
 }
 
 /// A power with its unit, above zero: `1.5W`.
@@ -145,7 +179,7 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     };
-    let limits = Limits {
+    let limits = AskedLimits {
         budget_w: args.budget.map(|watts| watts.0),
         latency_ms: args.shown.latency_ms(),
         condition: args.condition.clone(),
@@ -186,6 +220,14 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
                 out::json(&found)?;
             }
         }
+    } else if let Some(format) = args.table {
+        let one = std::slice::from_ref(&comparison.sides[0].trace);
+        let traces = speedup.as_ref().map_or(one, |speedup| &speedup.traces);
+        let table = compare::decision_table(&all, &decision, traces);
+        let means = speedup.as_ref().map(speedup::means_table);
+        let tables = [Some(table), means].into_iter().flatten();
+        let tables: Vec<String> = tables.map(|table| format.write(&table)).collect();
+        out::text(&tables.join("\n"))?;
     } else if !context.global.quiet {
         let path = path.display().to_string();
         let page = match &speedup {
@@ -273,6 +315,11 @@ fn of_folders(args: &CompareCommandArgs) -> Result<Vec<Side>, Failure> {
         let what = "--set, --frames: finished reports are not simulated again";
         return Err(Failure::new(Exit::Usage, what));
     }
+    if args.common || !args.ablate.is_empty() {
+        let what = "--common, --ablate: finished reports are not simulated again; give machines \
+                    and a trace";
+        return Err(Failure::new(Exit::Usage, what));
+    }
     let side = |folder: &PathBuf| {
         let label = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy();
         let run_toml = text(&folder.join("run.toml"))?;
@@ -330,7 +377,15 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
         };
         inputs::loaded(&spec)
     };
-    let systems = machines.iter().map(load).collect::<Result<Vec<System>, _>>()?;
+    let mut systems = machines.iter().map(load).collect::<Result<Vec<System>, _>>()?;
+    if !args.ablate.is_empty() {
+        if systems.len() > 1 {
+            let what = "--ablate: takes parts out of one machine; name one only";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        let variants = ablated(&systems[0], &args.ablate)?;
+        systems.extend(variants);
+    }
     if !args.common {
         return Ok(systems);
     }
@@ -339,6 +394,59 @@ fn loaded(args: &CompareCommandArgs, machines: &[PathBuf]) -> Result<Vec<System>
         out::complain(format_args!("note: {machine} keeps its own memory: {why}"));
     }
     Ok(systems)
+}
+
+/// A machine without each of its mechanisms, or with what is said in their place.
+///
+/// # Errors
+/// Exit code 2: there is nothing that it could be without, or it cannot be so.
+fn ablated(system: &System, asked: &[String]) -> Result<Vec<System>, Failure> {
+    let changes: Result<Vec<Change>, String> =
+        asked.iter().filter(|text| !text.is_empty()).map(|text| text.parse()).collect();
+    let mut changes =
+        changes.map_err(|why| Failure::new(Exit::Usage, format!("--ablate: {why}")))?;
+    if changes.is_empty() {
+        changes = ablations(system.machine());
+        if changes.is_empty() {
+            let what = "--ablate: the machine has no part that it may be without; say what to \
+                        change, e.g. --ablate geometry.test=aabb";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+    }
+    let is_named = asked.iter().any(|text| !text.is_empty());
+    let task = |system: &System| system.machine().flow().task(system.machine());
+    let mut variants = Vec::new();
+    for change in &changes {
+        let name = format!("{}-{}", system.label(), words(change));
+        let name = Change::machine("name", name);
+        match system.with(&[change.clone(), name]) {
+            // A machine that does something else is no part less.
+            Ok(variant) if is_named || task(&variant) == task(system) => variants.push(variant),
+            Ok(_) => {}
+            Err(e) if is_named => {
+                let what = format!("--ablate {change}: {} cannot do without: {e}", system.label());
+                return Err(Failure::new(Exit::Usage, what));
+            }
+            Err(e) => out::complain(format_args!(
+                "note: {} stays with its `{}`: {e}",
+                system.label(),
+                change.path
+            )),
+        }
+    }
+    if variants.is_empty() {
+        let what = "--ablate: without any of its parts the machine does something else, or \
+                    nothing; say what to change, e.g. --ablate geometry.test=aabb";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    Ok(variants)
+}
+
+/// What a variant is called after: `pixels.impl-all`.
+fn words(change: &Change) -> String {
+    let text = format!("{}-{}", change.path, knob::shown(&change.value));
+    let is_name = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    text.chars().map(|c| if is_name(c) { c } else { '-' }).collect()
 }
 
 /// Machines and traces among the items: traces stand last.
@@ -357,7 +465,9 @@ fn simulated(args: &CompareCommandArgs, context: &Context) -> Result<Vec<Vec<Sid
         let what = format!("{}: is a trace; traces go last: {usage}", trace.display());
         return Err(Failure::new(Exit::Usage, what));
     }
-    if let [machine] = machines {
+    if let [machine] = machines
+        && args.ablate.is_empty()
+    {
         let only = match traces {
             [no_file] if !no_file.exists() => {
                 format!("no trace: {} is not a file", no_file.display())

@@ -151,8 +151,7 @@ pub trait Dataflow: Sync {
         false
     }
 
-    /// Frames that a machine has under way at a time: a frame takes so many times the distance of
-    /// two.
+    /// Frames that a machine has under way at a time: a frame takes that many distances of two.
     fn under_way(&self, _machine: &Machine) -> u64 {
         1
     }

@@ -456,6 +456,13 @@ impl Machine {
         self.tables.get().expect("a machine has the tables of its stages")
     }
 
+    /// What a key has where a file of this machine says nothing of it; `None` where one must.
+    pub fn default_of(&self, key: &str) -> Option<toml::Value> {
+        let without = optional::without_key(self.table(), key);
+        let machine = Machine::read_table(without).ok()?;
+        config::knob::values(&machine.table(), key).pop()
+    }
+
     /// Every key, overlays applied.
     pub fn table(&self) -> toml::Table {
         let common = CommonKeys {

@@ -8,7 +8,7 @@ mod page;
 use powergs_study::findings::compare::Measure;
 
 pub use charts::{breakdown, charts, steps as steps_chart};
-pub use decision::chart as decision_chart;
+pub use decision::{chart as decision_chart, table as decision_table};
 pub use output::{
     compare_csv, compare_csv_of, decision_csv, decision_json, json, run_toml, run_toml_of,
 };

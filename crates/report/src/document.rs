@@ -5,6 +5,7 @@
 mod designs;
 mod html;
 mod json;
+mod latex;
 mod markdown;
 mod table;
 mod terminal;

@@ -218,7 +218,7 @@ fn displayed(run: &Run, record: &Record) -> String {
     }
 }
 
-/// Mean and slowest of a time in milliseconds: of fewer than 100 frames there is no 99th percentile.
+/// Mean and slowest of a time in milliseconds: fewer than 100 frames have no 99th percentile.
 fn spread(time: &Aggregate, frames: u64) -> String {
     let [mean, _, _, p99, max] = time.parts().map(|ms| significant(ms.as_f64()));
     match frames {

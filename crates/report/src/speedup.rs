@@ -14,7 +14,7 @@ const NAME: &str = "speedup";
 const MOST: usize = 14;
 /// Colours of the machines behind the first.
 const COLOURS: [Colour; 8] = Colour::SERIES;
-/// What the mean is called.
+/// What the mean is called: the geometric one.
 const MEAN: &str = "geomean";
 
 /// The chart: a bar a trace and machine, or with many machines their means alone.
@@ -23,7 +23,7 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     let title = format!("Speed-up over {first}");
     if all.machines.len() - 1 > MOST_BARS {
         let gains = gains(all);
-        let subtitle = format!("{}; geometric means", subtitle.into());
+        let subtitle = format!("{}; geometric means, from least to largest", subtitle.into());
         let mut chart = Chart::new(NAME, title, subtitle).columns(gains.len());
         for (i, &gain) in gains.iter().enumerate() {
             let mut panel = means(all, gain);
@@ -85,7 +85,9 @@ fn means(all: &SpeedUp, gain: Gain) -> Panel {
             continue;
         };
         highest = highest.max(mean);
-        let bar = Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]);
+        let interval = all.spread(gain, m).map(|[least, most]| (least, most));
+        highest = highest.max(interval.map_or(mean, |(_, most)| most));
+        let bar = Bar { interval, ..Bar::new(m - 1, vec![Part::new(mean, COLOURS[0])]) };
         bars.push(bar.end(format!("{mean:.2}")));
     }
     let names = machines.map(|m| shortened(&all.machines[m].label, 24));
@@ -117,7 +119,10 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
                 true => Bar::new(row, vec![Part { label: number, ..Part::new(v, colour) }]),
                 false => Bar::new(row, vec![Part::new(v, colour)]).end(number),
             };
-            bars.push(Bar { lane, ..bar });
+            // From the least to the largest of the traces.
+            let spread = all.spread(gain, m).filter(|_| row == traces);
+            let interval = spread.map(|[least, most]| (least, most));
+            bars.push(Bar { lane, interval, ..bar });
         }
     }
     let names = all.traces[..traces].iter().map(|t| Words::from(shortened(t, 24)));
@@ -129,11 +134,19 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
 /// The means alone.
 pub fn means_table(all: &SpeedUp) -> Table {
     let (first, gains) = (&all.machines[0].label, gains(all));
-    let column = |gain: &Gain| Column::fixed(format!("{} over {first}", name(*gain)), 3);
-    let columns = [Column::text(MEAN)].into_iter().chain(gains.iter().map(column));
+    let column = |gain: &Gain| {
+        let group = format!("{} over {first}", name(*gain));
+        [MEAN, "least", "largest"].map(|head| Column::fixed(head, 3).group(group.clone()))
+    };
+    let columns = [Column::text("machine")].into_iter().chain(gains.iter().flat_map(column));
     let row = |m: usize| {
         let label = Cell::from(all.machines[m].label.as_str());
-        [label].into_iter().chain(gains.iter().map(|g| all.mean(*g, m).into())).collect::<Vec<_>>()
+        let of = |gain: &Gain| {
+            let spread = all.spread(*gain, m);
+            let ends = [0, 1].map(|end| Cell::from(spread.map(|both| both[end])));
+            [all.mean(*gain, m).into()].into_iter().chain(ends)
+        };
+        [label].into_iter().chain(gains.iter().flat_map(of)).collect::<Vec<_>>()
     };
     Table::new(columns).rows((1..all.machines.len()).map(row))
 }
@@ -173,9 +186,15 @@ pub fn table(all: &SpeedUp) -> Table {
 
 /// `speedup.csv`: the table with exact numbers.
 pub fn csv(all: &SpeedUp) -> Vec<u8> {
-    let mut table = Table::record("trace machine fps energy_pj speedup energy_gain");
+    let mut table = Table::record(
+        "trace machine fps energy_pj speedup energy_gain speedup_least speedup_largest \
+         speedup_deviation energy_gain_least energy_gain_largest energy_gain_deviation",
+    );
+    let none = || Cell::from(None::<f64>);
     for m in 0..all.machines.len() {
         let label = all.machines[m].label.as_str();
+        let end =
+            |gain, end: usize| Cell::from(all.spread(gain, m).map(|both: [f64; 2]| both[end]));
         for (t, trace) in all.traces.iter().enumerate() {
             let speed = all.machines[m].speeds[t];
             table.row([
@@ -185,6 +204,12 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
                 speed.map(|s| s.energy_j * 1e12).into(),
                 all.gain(Gain::Speed, m, t).into(),
                 all.gain(Gain::Energy, m, t).into(),
+                none(),
+                none(),
+                none(),
+                none(),
+                none(),
+                none(),
             ]);
         }
         table.row([
@@ -194,6 +219,12 @@ pub fn csv(all: &SpeedUp) -> Vec<u8> {
             Cell::from(None::<f64>),
             all.mean(Gain::Speed, m).into(),
             all.mean(Gain::Energy, m).into(),
+            end(Gain::Speed, 0),
+            end(Gain::Speed, 1),
+            all.deviation(Gain::Speed, m).into(),
+            end(Gain::Energy, 0),
+            end(Gain::Energy, 1),
+            all.deviation(Gain::Energy, m).into(),
         ]);
     }
     table.csv()
@@ -212,6 +243,10 @@ pub fn json(all: &SpeedUp) -> Value {
             "speedup_geomean": all.mean(Gain::Speed, m),
             "energy_gain": of(Gain::Energy),
             "energy_gain_geomean": all.mean(Gain::Energy, m),
+            "speedup_spread": all.spread(Gain::Speed, m),
+            "speedup_deviation": all.deviation(Gain::Speed, m),
+            "energy_gain_spread": all.spread(Gain::Energy, m),
+            "energy_gain_deviation": all.deviation(Gain::Energy, m),
         })
     };
     json!({

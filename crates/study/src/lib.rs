@@ -1,6 +1,7 @@
 //! What runs say ([`findings`]), and many machines on many frames: sweeps, the analysis of their
 //! tables, and published numbers beside ours.
 
+pub mod ablation;
 pub mod analysis;
 pub mod common;
 pub mod extract;

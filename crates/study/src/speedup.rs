@@ -100,6 +100,26 @@ impl SpeedUp {
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0)
     }
 
+    /// The least and the largest over all traces; `None` if one is missing.
+    pub fn spread(&self, gain: Gain, m: usize) -> Option<[f64; 2]> {
+        let all: Option<Vec<f64>> = (0..self.traces.len()).map(|t| self.gain(gain, m, t)).collect();
+        let all = all?;
+        Some([
+            all.iter().copied().fold(f64::INFINITY, f64::min),
+            all.iter().copied().fold(0.0, f64::max),
+        ])
+    }
+
+    /// The geometric standard deviation over all traces, of which the logarithms are a sample: a
+    /// factor, 1 where all are the same; `None` if one is missing, and for a single trace.
+    pub fn deviation(&self, gain: Gain, m: usize) -> Option<f64> {
+        let mean = self.mean(gain, m)?.ln();
+        let n = self.traces.len();
+        let square = |t: usize| Some((self.gain(gain, m, t)?.ln() - mean).powi(2));
+        let sum = (0..n).map(square).sum::<Option<f64>>()?;
+        (n > 1).then(|| (sum / (n - 1) as f64).sqrt().exp())
+    }
+
     /// The geometric mean over all traces; `None` if one is missing.
     pub fn mean(&self, gain: Gain, m: usize) -> Option<f64> {
         let logs: Option<Vec<f64>> =

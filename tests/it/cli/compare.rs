@@ -95,6 +95,85 @@ fn finished_reports(root: &Path) {
 }
 
 #[test]
+fn a_machine_is_compared_with_itself_without_its_parts() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| root.path().join(name).to_string_lossy().into_owned();
+    let rows = |arguments: &[&str]| -> Vec<String> {
+        let table = ["--table", "csv", "--frames", "0..2"];
+        let output = program(arguments).args(table).assert().code(0);
+        let text = String::from_utf8(output.get_output().stdout.clone()).expect("text");
+        text.lines().skip(1).map(|line| line.split(',').next().expect("a name").into()).collect()
+    };
+    // Each optional part of its own, back to what files without it have.
+    let neo = rows(&["neo", TRACE, "--ablate", "--out", &out("a")]);
+    assert_eq!(neo[0], "neo");
+    assert!(neo.iter().any(|name| name.starts_with("neo-gsu.impl-")), "{neo:?}");
+    // What is named, and several of them.
+    let named = ["--ablate", "geometry.test=aabb", "--ablate", "vru.cores=8"];
+    let named = rows(&[&["gscore", TRACE][..], &named, &["--out", &out("b")]].concat());
+    assert_eq!(named, ["gscore", "gscore-geometry.test-aabb", "gscore-vru.cores-8"]);
+    for (arguments, words) in [
+        (&["gscore", TRACE, "--ablate", "vru.cores=0"][..], "cannot do without"),
+        (&["gscore", TRACE, "--ablate", "nonsense"][..], "write KEY=VALUE"),
+        (&["gscore", "edge", TRACE, "--ablate"][..], "name one only"),
+    ] {
+        program(arguments).assert().code(2).stderr(predicate::str::contains(words));
+    }
+}
+
+#[test]
+fn one_memory_for_all_and_what_is_asked_of_them() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| root.path().join(name).to_string_lossy().into_owned();
+    let found = |more: &[&str], name: &str| -> serde_json::Value {
+        let machines = ["gscore", "vorion", "orin-nx", TRACE, "--frames", "0..2", "--json"];
+        let output = program(&machines).args(more).args(["--out", &out(name)]).assert().code(0);
+        serde_json::from_slice(&output.get_output().stdout).expect("JSON")
+    };
+    let names = |json: &serde_json::Value| -> Vec<String> {
+        let basis = json["basis"].as_array().expect("a basis").iter();
+        basis.map(|part| part["name"].as_str().expect("a name").to_owned()).collect()
+    };
+    let own = found(&[], "own");
+    let parts = ["memory", "memory_model", "memory_price", "node", "area_scope", "power_scope"];
+    assert_eq!(names(&own), parts);
+    let common = found(&["--common"], "common");
+    assert_eq!(names(&common), ["node", "area_scope", "power_scope"]);
+    let peaks = common["measures"].as_array().expect("measures").iter();
+    let peak = peaks.clone().find(|m| m["name"] == "dram_peak_gb_s").expect("a rate");
+    assert_eq!(peak["values"], serde_json::json!([51.2, 51.2, 51.2]));
+    // The second machine has two frames under way; it is met by the display, and late for eyes.
+    let asked = found(&["--fps", "30", "--budget", "1W"], "asked");
+    let verdict = |json: &serde_json::Value, i: usize| json["decision"][i]["verdict"].clone();
+    assert_eq!(verdict(&asked, 0), "meets all");
+    assert!(verdict(&asked, 2).as_str().expect("words").contains("OVER"), "{}", asked["decision"]);
+    let late = found(&["--fps", "30", "--latency", "1us"], "late");
+    assert!(verdict(&late, 0).as_str().expect("words").starts_with("LATE"));
+    let not = found(&["--where", "dram.busy_frac.max < 0"], "where");
+    assert_eq!(verdict(&not, 0), "NOT --where");
+    let wrong = program(&["gscore", "edge", TRACE, "--where", "no_such < 1"]).assert().code(2);
+    wrong.stderr(predicate::str::contains("no_such"));
+    let rate = program(&["orin-nx", "gscore", TRACE, "--common"]).assert().code(2);
+    rate.stderr(predicate::str::contains("begin with a machine that has a device"));
+}
+
+#[test]
+fn tasks_have_no_ratios_and_tables_are_for_papers() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("t").to_string_lossy().into_owned();
+    let machines = ["gscore", "gsarch", TRACE, "--frames", "0..1", "--out", &out];
+    let page = program(&machines).assert().code(0);
+    page.stdout(predicate::str::contains("tasks differ (render, train all)"))
+        .stdout(predicate::str::contains("--across-tasks"));
+    let tex = program(&machines).args(["--force", "--table", "tex"]).assert().code(0);
+    tex.stdout(predicate::str::starts_with("\\begin{tabular}{llrrrrl}\n\\toprule\n"))
+        .stdout(predicate::str::contains("gscore & render & "));
+    let md = program(&machines).args(["--force", "--table", "md"]).assert().code(0);
+    md.stdout(predicate::str::contains("| gsarch | train |"));
+    program(&machines).args(["--force", "--table", "md", "--json"]).assert().code(2);
+}
+
+#[test]
 fn usage() {
     for (arguments, code, words) in [
         (&["gscore", TRACE][..], 2, "one machine only"),

@@ -10,7 +10,7 @@ use super::steps::Updated;
 pub struct Task {
     /// What is made.
     pub kind: TaskKind,
-    /// Of so many pixels one is rendered.
+    /// One pixel in this number is rendered.
     pub one_in: u32,
 }
 

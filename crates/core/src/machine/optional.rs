@@ -46,7 +46,7 @@ fn of_flow(flow: &dyn Dataflow) -> impl Iterator<Item = &'static Optional> + use
 }
 
 /// Those of a machine, the common ones first.
-fn of_machine(machine: &Machine) -> impl Iterator<Item = &'static Optional> {
+fn of_machine(machine: &Machine) -> impl Iterator<Item = &'static Optional> + use<> {
     COMMON.iter().chain(of_flow(machine.flow()))
 }
 
@@ -91,6 +91,11 @@ impl Machine {
     /// The part without which a key has no effect on this machine, as it does not have it.
     pub fn lacks(&self, key: &str) -> Option<&'static Optional> {
         of_machine(self).find(|part| part.has(key) && part.switch != key && !part.is_in(self))
+    }
+
+    /// Parts and choices that it may be without, the common ones first.
+    pub fn optional_parts(&self) -> impl Iterator<Item = &'static Optional> + use<> {
+        of_machine(self)
     }
 
     /// Whether a file of this machine leaves a key out.

@@ -26,8 +26,8 @@ pub struct ActionPrice {
     pub source: String,
 }
 
-/// What areas and powers of a table are of: numbers of blocks and of whole modules stand beside each
-/// other, and are not the same.
+/// What areas and powers of a table are of: numbers of blocks and of whole modules stand side by
+/// side, and are not the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PriceScope {

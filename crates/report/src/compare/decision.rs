@@ -5,9 +5,11 @@ use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
 use crate::format::{percent, rate, shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_study::findings::compare::{
-    Basis, Comparison, Decision, DecisionRow, Limits, Shortfall, Side,
+    AskedLimits, Basis, Comparison, Decision, DecisionRow, Shortfall, Side,
 };
 
+/// Powers that differ by less are the same.
+const SAME: f64 = 0.005;
 /// Characters of the name of a trace or a machine on a terminal.
 const LABEL: usize = 16;
 /// Machines in the chart, and bars in all.
@@ -42,7 +44,7 @@ pub(super) fn add(
 }
 
 /// What is asked of every side, in words.
-fn asked(first: &Side, limits: &Limits) -> Option<String> {
+fn asked(first: &Side, limits: &AskedLimits) -> Option<String> {
     let parts = [
         Some(format!("a frame each {} ms", significant(1e3 / first.display_fps))),
         limits.budget_w.map(|w| format!("at most {} W", significant(w))),
@@ -64,6 +66,7 @@ fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
     let (fps, label) = (rate(first.display_fps), first.label.as_str());
     let (gain, on) = decision.power_gain(side)?;
     let times = match gain >= 1.0 {
+        _ if (gain - 1.0).abs() < SAME => format!("the power of {label}"),
         true => format!("{} times less power than {label}", significant(gain)),
         false => format!("{} times the power of {label}", significant(1.0 / gain)),
     };
@@ -75,17 +78,12 @@ fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
     Some(Text::strong(own.label.clone()).then(text))
 }
 
-fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Table {
+/// Who meets what: a row a trace and machine.
+pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Table {
     let first = &all[0].sides[0];
     let tasks_differ = all[0].task().is_none();
     let is_shown = all[0].sides.iter().any(|side| side.task.is_shown());
     let per_second = all[0].task().map_or("per second", |task| task.per_second());
-    let quantiles = decision.rows.iter().all(DecisionRow::has_quantile);
-    let frames = decision.rows.iter().map(|row| row.frames).max().unwrap_or(0);
-    let slowest = match quantiles {
-        true => "p99, ms".to_owned(),
-        false => format!("max of {frames}, ms"),
-    };
     let power = match is_shown {
         true => format!("W at {} FPS", rate(first.display_fps)),
         false => "W".to_owned(),
@@ -98,7 +96,7 @@ fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Table {
     if tasks_differ {
         columns.push(Column::text("task"));
     }
-    columns.extend([per_second, &slowest, &power, "die, mm²"].map(Column::real));
+    columns.extend([per_second, "slowest, ms", &power, "die, mm²"].map(Column::real));
     if is_shown {
         columns.push(Column::text("verdict"));
     }

@@ -13,7 +13,7 @@ use powergs_core::sim::statistics::UnitPart;
 use powergs_core::stage::hardware;
 use powergs_energy::action::Phase;
 use powergs_study::findings::compare::{
-    ComparedMeasure, Comparison, Decision, Limits, Measure, Note, Side,
+    AskedLimits, ComparedMeasure, Comparison, Decision, Measure, Note, Side,
 };
 use powergs_study::findings::{Key, Record, bottleneck};
 use powergs_study::speedup::SpeedUp;
@@ -32,7 +32,7 @@ pub struct Decided<'a> {
     /// Machines on traces.
     pub decision: &'a Decision,
     /// What is asked for besides the display rate.
-    pub limits: &'a Limits,
+    pub limits: &'a AskedLimits,
 }
 
 /// What is printed, and the page with `charts` beside it. `folder` is where the page is.
@@ -97,8 +97,8 @@ pub fn document_of(
     basis(&mut page, &all[0]);
     page.heading("Back to back");
     page.page_paragraph("Rates and energies of frames that follow one another without a display.");
+    page.table(crate::speedup::means_table(speedup));
     page.on(Shown::Page, Block::Table(crate::speedup::table(speedup)));
-    page.on(Shown::Terminal, Block::Table(crate::speedup::means_table(speedup)));
     // What holds on all traces is said once.
     let is_common = |note: &Note| all.iter().all(|c| c.notes.contains(note));
     notes(&mut page, all[0].notes.iter().filter(|note| is_common(note)));

@@ -17,6 +17,37 @@ pub(super) const COMPARED: &[Term] = &[
     ),
     term(&["ratio"], "", "Value of a side over that of the first."),
     term(
+        &["verdict", "meets all"],
+        "",
+        "What a machine on a trace falls short of: the display rate (frames missed), `--budget`, \
+         `--latency`, `--where`; `meets all` where it is nothing.",
+    ),
+    term(
+        &["task", "train", "track", "render"],
+        "",
+        "What a frame of a machine is: a picture for a display, a step of training (by what is \
+         updated) or of tracking, and which share of the pixels is rendered. Steps have no display \
+         and no deadline.",
+    ),
+    term(
+        &["slowest, ms", "slowest_ms", "slowest"],
+        "ms",
+        "The slowest frame; from 100 frames on what 99 % of them take at most.",
+    ),
+    term(&["missed"], "1", "Frames that take longer than a period of the display."),
+    term(&["die, mm²"], "mm²", "Area of the die, PHY and memory controllers included."),
+    term(
+        &["not the same", "basis"],
+        "",
+        "What the numbers of machines are of, as far as it differs: task, memory and its price, \
+         PHY, second master, node, scope of area and power.",
+    ),
+    term(
+        &["least", "largest"],
+        "",
+        "The least and the largest gain over the traces, around the geometric mean.",
+    ),
+    term(
         &["FPS per W", "FPS per W (frames per J)", "fps_per_w"],
         "1/J",
         "Frame rate over power at full rate: frames per joule.",

@@ -11,7 +11,7 @@ use powergs_report::compare::{
 use powergs_report::document::Document;
 use powergs_report::{csv, record};
 use powergs_study::findings::compare::{
-    Across, Basis, Comparison, Decision, Limits, Measure, Shortfall, Side, SideError,
+    Across, AskedLimits, Basis, Comparison, Decision, Measure, Shortfall, Side, SideError,
 };
 use powergs_study::run_record::Run;
 use powergs_study::speedup::{Gain, SpeedUp};
@@ -37,7 +37,7 @@ fn pair() -> Comparison {
 
 /// The page, with nothing asked for but the display rate.
 fn page(comparison: &Comparison, charts: &[Chart], folder: Option<&str>) -> Document {
-    let limits = Limits::default();
+    let limits = AskedLimits::default();
     let decision = Decision::of(std::slice::from_ref(comparison), &limits).expect("no condition");
     document(comparison, Decided { decision: &decision, limits: &limits }, charts, folder)
 }
@@ -324,8 +324,8 @@ fn an_interval_is_not_a_latency() {
     let text = page(&pair(), &[], None).terminal(100);
     assert!(text.contains("frame time, ms") && !text.contains("latency"), "{text}");
     // A limit is on the latency, the display on the interval.
-    let limits = Limits { latency_ms: Some(11.0), ..Limits::default() };
-    let short = |limits: &Limits| {
+    let limits = AskedLimits { latency_ms: Some(11.0), ..AskedLimits::default() };
+    let short = |limits: &AskedLimits| {
         Decision::of(std::slice::from_ref(&c), limits)
             .expect("no condition")
             .row(0, 1)
@@ -333,7 +333,7 @@ fn an_interval_is_not_a_latency() {
             .clone()
     };
     assert_eq!(short(&limits), [Shortfall::Latency { ms: 12.0 }]);
-    assert_eq!(short(&Limits { latency_ms: Some(12.0), ..Limits::default() }), []);
+    assert_eq!(short(&AskedLimits { latency_ms: Some(12.0), ..AskedLimits::default() }), []);
 }
 
 #[test]
@@ -348,8 +348,8 @@ fn who_meets_what_is_decided_by_all_that_is_asked() {
         Comparison::new(vec![of(&[4.0, 6.0], "a"), of(&[8.0, slow], "b")], Across::default())
     };
     let all = [trace(9.0), trace(17.0)];
-    let decided = |limits: &Limits| Decision::of(&all, limits).expect("a decision");
-    let decision = decided(&Limits::default());
+    let decided = |limits: &AskedLimits| Decision::of(&all, limits).expect("a decision");
+    let decision = decided(&AskedLimits::default());
     assert_eq!(decision.row(0, 1).short, []);
     assert_eq!(decision.row(1, 1).short, [Shortfall::Rate { missed: 1 }]);
     let (gain, on) = decision.power_gain(1).expect("one trace");
@@ -357,14 +357,14 @@ fn who_meets_what_is_decided_by_all_that_is_asked() {
     same(gain, watts(0) / watts(1));
     assert_eq!(on, 1, "powers are held against each other where both meet the rate");
     // Nothing is met: nothing is gained.
-    let none = decided(&Limits { budget_w: Some(1e-6), ..Limits::default() });
+    let none = decided(&AskedLimits { budget_w: Some(1e-6), ..AskedLimits::default() });
     assert_eq!(none.power_gain(1), None);
     assert!(none.rows.iter().all(|row| !row.is_met()));
-    let rich = decided(&Limits { budget_w: Some(1e6), ..Limits::default() });
+    let rich = decided(&AskedLimits { budget_w: Some(1e6), ..AskedLimits::default() });
     assert_eq!(rich.rows, decision.rows);
-    let condition = |text: &str| Limits {
+    let condition = |text: &str| AskedLimits {
         condition: Some(text.parse().expect("a condition")),
-        ..Limits::default()
+        ..AskedLimits::default()
     };
     let met = decided(&condition("frame_time_ms.max <= 8 && area_mm2.total > 1"));
     let is_met: Vec<bool> = met.rows.iter().map(|row| row.is_met()).collect();
@@ -373,11 +373,11 @@ fn who_meets_what_is_decided_by_all_that_is_asked() {
     assert!(Decision::of(&all, &condition("frame_time_ms")).is_err());
     // The page begins with it, and files have it.
     let speedup = SpeedUp::of_comparisons(&all).expect("two traces");
-    let limits = Limits::default();
+    let limits = AskedLimits::default();
     let decided = Decided { decision: &decision, limits: &limits };
     let text = document_of(&all, decided, &speedup, &[], None).terminal(80);
     let first = text.lines().next().expect("a line");
-    assert!(first.contains("FPS") && first.contains("max of 2, ms"), "{text}");
+    assert!(first.contains("FPS") && first.contains("slowest, ms"), "{text}");
     assert!(text.contains("MISSED 1/2") && text.contains("on the 1 of 2 traces"), "{text}");
     let csv = String::from_utf8(decision_csv(&all, &decision, &speedup.traces)).expect("text");
     assert_eq!(csv.lines().count(), 5);

@@ -99,6 +99,43 @@ fn run_toml() {
         machine = "gscore"
         task = "render"
         energy-table = "gscore-28nm"
+        left-out = [
+            "bursts, rows, banks, refresh and turnaround of the DRAM",
+            "address translation and interconnect of the DRAM",
+            "other users of the DRAM: GPU, display, camera",
+            "reads of one unit served before older ones of another",
+            "box tests uneven within a batch of Gaussians",
+            "pivots that split a list unevenly and need another pass",
+            "deeper prefetch while nobody knows that a tile is done",
+            "the change of all units of a core from one sub-tile to another: pixel state, features",
+            "the search for the live pixels of an entry, and their packing",
+            "pairs that begin before a stop is known",
+            "a buffer between the eyes that is full",
+            "a depth for each pixel, which rendering units find",
+            "regions whose cache is not there when their first tile is",
+            "two cores that add to the sum of one Gaussian at once",
+            "densification: Gaussians that are cloned, split and removed",
+            "how pairs get from the order of the CCUs into the lists of tiles",
+            "lists of early tiles used before preprocessing ends",
+            "nodes of the cut that split or merge in a frame",
+            "Gaussians without a pixel that are converted late",
+            "pointers of the lists of regions that grow",
+            "shapes of Gaussians before their regions are found",
+            "lanes of a step that meet in a bank",
+            "the search for pixels that have not stopped",
+            "conflicts of banks of shared memory, misses of instruction caches",
+            "kernels that overlap in their ends and beginnings",
+            "clocks that fall under load",
+            "a depth for each pixel, which the blending kernel finds",
+            "densification: Gaussians that are cloned, split and removed",
+            "what it takes to hand a frame to another chip",
+            "quads that are on their way when their pixels stop",
+            "an alpha of 11 bits, which stops pixels earlier",
+            "what the simulator leaves out that made the run",
+            "order of requests that another memory would bring about",
+            "frame set-up: camera, command lists, the processor",
+            "changes of clock and voltage in a frame, temperature, wake-up times",
+        ]
         node-nm = 28.0
         clock-hz = 1000000000.0
         dram-peak-gb-s = 51.2

@@ -9,7 +9,7 @@ use powergs_core::workload::reuse::ReuseSummary;
 use powergs_report::limits::{line, prices, sum};
 use powergs_report::page::document;
 use powergs_report::{charts, json};
-use powergs_study::findings::compare::{Across, Comparison, Decision, Limits, Side};
+use powergs_study::findings::compare::{Across, AskedLimits, Comparison, Decision, Side};
 use powergs_study::findings::limits::{Bias, Effect, Mattered, Why, not_modelled};
 use powergs_study::findings::prices::{PriceBar, PriceBars};
 use powergs_study::run_record::Run;
@@ -152,7 +152,7 @@ fn a_comparison_says_whose_dram_prices_rest_on_what() {
 }
 
 fn document_of(comparison: &Comparison) -> String {
-    let limits = Limits::default();
+    let limits = AskedLimits::default();
     let decision = Decision::of(std::slice::from_ref(comparison), &limits).expect("no condition");
     let decided = powergs_report::compare::Decided { decision: &decision, limits: &limits };
     powergs_report::compare::document(comparison, decided, &[], None).terminal(300)

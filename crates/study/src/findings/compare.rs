@@ -6,7 +6,7 @@ mod folder;
 mod side;
 
 pub use basis::Basis;
-pub use decision::{Decision, DecisionRow, Limits, Shortfall};
+pub use decision::{AskedLimits, Decision, DecisionRow, Shortfall};
 pub use folder::{RESULTS_FIRST, SideError};
 pub use side::{OffClock, Side};
 

@@ -17,7 +17,8 @@ use super::support::outcome;
 use crate::energy::unlike;
 
 /// Text for people, and names of rows.
-const TEXT: [&str; 3] = ["name", "description", "numbers.formats[].numbers"];
+const TEXT: [&str; 5] =
+    ["name", "description", "numbers.formats[].numbers", "scope.area", "scope.power"];
 
 #[derive(Debug, PartialEq)]
 struct Costs {

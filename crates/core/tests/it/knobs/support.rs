@@ -151,7 +151,7 @@ fn timed(machine: &Machine, memos: &[Memo], checks_order: bool) -> Vec<Result<Ti
     let (works, handed) = (works(machine), handed(machine));
     // Machines without accumulators for levels see plain frames only, and so do those that train.
     let shows_levels = machine.tables.get::<FoveaSpec>().is_some_and(|f| f.accumulators > 0)
-        && !machine.flow().task(machine).is_shown();
+        && machine.flow().task(machine).is_shown();
     let frames = (0..).zip(works.iter()).take(if shows_levels { FRAMES + 1 } else { FRAMES });
     let task = |(frame, work): (usize, _)| FrameTask {
         frame,

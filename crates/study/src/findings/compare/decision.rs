@@ -5,12 +5,9 @@ use powergs_core::sim::statistics::{Key, Record};
 use super::{Comparison, Side};
 use crate::sweep::expr::{Expr, ExprError, Value};
 
-/// From so many frames on a quantile of 99 % is not merely the slowest of them.
-const QUANTILE_FRAMES: u64 = 100;
-
 /// What a machine must meet besides the display rate.
 #[derive(Debug, Clone, Default)]
-pub struct Limits {
+pub struct AskedLimits {
     /// Power at the display rate, watts.
     pub budget_w: Option<f64>,
     /// Time from the first read of a frame to its last write, milliseconds.
@@ -69,11 +66,6 @@ impl DecisionRow {
     pub fn is_met(&self) -> bool {
         self.short.is_empty()
     }
-
-    /// Whether its slowest frame is a quantile of many.
-    pub const fn has_quantile(&self) -> bool {
-        self.frames >= QUANTILE_FRAMES
-    }
 }
 
 /// Machines on traces, trace by trace.
@@ -89,7 +81,7 @@ impl Decision {
     ///
     /// # Errors
     /// A condition about something that no statistic is called, or that is neither true nor false.
-    pub fn of(all: &[Comparison], limits: &Limits) -> Result<Decision, ExprError> {
+    pub fn of(all: &[Comparison], limits: &AskedLimits) -> Result<Decision, ExprError> {
         let mut rows = Vec::new();
         for (trace, comparison) in all.iter().enumerate() {
             for (i, side) in comparison.sides.iter().enumerate() {
@@ -124,7 +116,12 @@ impl Decision {
     }
 }
 
-fn row(trace: usize, side: usize, of: &Side, limits: &Limits) -> Result<DecisionRow, ExprError> {
+fn row(
+    trace: usize,
+    side: usize,
+    of: &Side,
+    limits: &AskedLimits,
+) -> Result<DecisionRow, ExprError> {
     let record = &of.statistics;
     let time = record.aggregate(Key::FrameTime);
     let missed = record.deadline_misses().filter(|_| of.task.is_shown());

@@ -80,8 +80,8 @@ impl PixelsSpec {
         Err(Incompatible::Other { machine: machine.to_owned(), why })
     }
 
-    /// Whether the unit has counters for what is missing of each of so many tiles or regions, of which
-    /// a larger `key` makes fewer.
+    /// Whether the unit has a counter for each of `tiles` tiles or regions; a larger `key` makes
+    /// fewer of them.
     ///
     /// # Errors
     /// More than it has.
