@@ -176,8 +176,7 @@ fn scatter(scene: &mut Gaussians, first: usize, seed: u64) {
         let [w, x, y, z] = scene.rotations[i];
         let rotation = Quat::from_xyzw(x, y, z, w);
         // A quaternion of zero turns nothing.
-        let rotation =
-            if rotation.length() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
+        let rotation = if rotation.length() > 0.0 { rotation.normalize() } else { Quat::IDENTITY };
         let turned = rotation * Vec3::from_array(off);
         let place = Vec3::from_array(scene.means[i]) + turned;
         scene.means[i] = place.to_array();

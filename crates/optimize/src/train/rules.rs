@@ -109,10 +109,9 @@ impl TrainRules {
         }
         in_range("sh_degree", self.sh_degree.into(), 0.0, 3.0)?;
         // Of 0 no logarithm is there to fall along.
-        for (key, rate) in [
-            ("position_rate", self.position_rate),
-            ("position_rate_end", self.position_rate_end),
-        ] {
+        for (key, rate) in
+            [("position_rate", self.position_rate), ("position_rate_end", self.position_rate_end)]
+        {
             in_range(key, rate, 1e-12, MOST_RATE)?;
         }
         let reals = [

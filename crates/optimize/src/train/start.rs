@@ -63,7 +63,8 @@ fn focus(cameras: &[Camera]) -> DVec3 {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for camera in cameras {
         let axis = camera.world_to_camera.row(2);
-        let across = DMat3::IDENTITY - DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+        let across =
+            DMat3::IDENTITY - DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
         matrix += across;
         // Around the mean, so that worlds far from the origin lose nothing.
         right += across * (camera.centre - mean);

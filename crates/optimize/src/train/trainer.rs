@@ -219,8 +219,7 @@ impl<'a> Trainer<'a> {
         let picture = self.tape.forward(&model.scene, camera, &options);
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
         let loss = loss_of(&mut self.losses, (picture.width, picture.height));
-        let parts =
-            loss.evaluate(picture, &self.reference, 0.0, &self.dark, &mut self.by_pixel);
+        let parts = loss.evaluate(picture, &self.reference, 0.0, &self.dark, &mut self.by_pixel);
         let name = || camera.name.clone();
         if !parts.total.is_finite() {
             return Err(TrainError::Loss { iteration, view: name() });
@@ -230,11 +229,11 @@ impl<'a> Trainer<'a> {
             self.state.observed.add(&slopes, camera);
         }
         let is_white = background == [1.0; 3];
-        let (densifies, resets) =
-            (rules.densifies(iteration), rules.resets(iteration, is_white));
+        let (densifies, resets) = (rules.densifies(iteration), rules.resets(iteration, is_white));
         let mut densified = None;
         if densifies {
-            let done = densify(model, &mut self.state.observed, &density(rules, self.extent, iteration));
+            let done =
+                densify(model, &mut self.state.observed, &density(rules, self.extent, iteration));
             self.state.is_capped |= done.is_capped;
             densified = Some(done);
             if self.state.model.scene.is_empty() {
@@ -255,7 +254,9 @@ impl<'a> Trainer<'a> {
 
     fn raise_degree(&mut self, degree: u8) {
         let Model { scene, adam } = &mut self.state.model;
-        [scene, &mut adam.first, &mut adam.second].map(|of| of.raise_degree(degree));
+        for of in [scene, &mut adam.first, &mut adam.second] {
+            of.raise_degree(degree);
+        }
     }
 
     /// Quality of the model over the held-out views; `None` without any.
