@@ -196,6 +196,16 @@ impl<'a> Trainer<'a> {
         &self.state
     }
 
+    /// Its rules.
+    pub fn rules(&self) -> &'a TrainRules {
+        self.inputs.rules
+    }
+
+    /// What is behind everything, sRGB.
+    pub fn background(&self) -> [f32; 3] {
+        self.inputs.background
+    }
+
     /// The model so far.
     pub fn scene(&self) -> &Gaussians {
         &self.state.model.scene

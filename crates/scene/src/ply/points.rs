@@ -26,6 +26,10 @@ pub fn read_points(input: Input<'_>) -> Result<PointCloud, SceneError> {
         wanted.extend(colours.into_iter().flatten());
     }
     element.check_fits(header.encoding, source.left)?;
+    if element.count == 0 {
+        let todo = "give a file with points";
+        return Err(SceneError::malformed("PLY element `vertex`", "no points", todo));
+    }
     check_count("PLY element `vertex`", element.count, u64::MAX)?;
     let mut cloud = PointCloud::default();
     let mut bad = None;
