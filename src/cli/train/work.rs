@@ -152,10 +152,11 @@ impl<'a> Worked<'a> {
         let held_out = seen.map_or(String::new(), |seen| {
             format!(", held out {:.2} dB, SSIM {:.4}", seen.psnr_db, seen.ssim)
         });
+        let reset = if step.is_reset { " (opacities were just reset)" } else { "" };
         let (points, train) = (self.trainer.scene().len(), mean.take());
         progress.say(format!("; {points} Gaussians, training views {train:.2} dB{held_out}"));
         out::complain(format_args!(
-            "iteration {:>6}: {points:>8} Gaussians, training views {train:.2} dB{held_out}",
+            "iteration {:>6}: {points:>8} Gaussians, training views {train:.2} dB{held_out}{reset}",
             step.iteration
         ));
     }

@@ -95,6 +95,8 @@ pub struct TrainStep {
     pub psnr_db: f64,
     /// What densification did, where it was due.
     pub densified: Option<Densified>,
+    /// Whether opacities were reset: until they recover the model shows little.
+    pub is_reset: bool,
 }
 
 /// Quality over held-out views, means.
@@ -259,7 +261,7 @@ impl<'a> Trainer<'a> {
         }
         self.state.iteration = iteration;
         let (loss, psnr_db) = (parts.total, parts.psnr_db);
-        Ok(TrainStep { iteration, view, loss, psnr_db, densified })
+        Ok(TrainStep { iteration, view, loss, psnr_db, densified, is_reset: resets })
     }
 
     fn raise_degree(&mut self, degree: u8) {
