@@ -52,6 +52,7 @@ mod sweep;
 pub mod synth;
 pub mod timeline;
 mod trace;
+mod train;
 mod training_args;
 pub mod usage;
 mod validate;
@@ -134,6 +135,9 @@ pub enum Command {
     /// Inspect traces, check them, dump frames as CSV
     #[command(after_help = trace::EXAMPLES)]
     Trace(trace::TraceCommandArgs),
+    /// Train a model from photos with poses, by the published rules of 3DGS
+    #[command(after_help = train::EXAMPLES)]
+    Train(Box<train::TrainArgs>),
     /// Minimise power at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
     Optimize(Box<optimize::OptimizeArgs>),
@@ -262,6 +266,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Sweep(args) => sweep::run(args, context),
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
+        Command::Train(args) => train::run(args, context),
         Command::Validate(args) => validate::run(args, context),
     }
 }

@@ -17,6 +17,8 @@ use super::adam::{Adam, Group};
 use super::history::HistoryRow;
 use super::lambda::ControllerState;
 use super::outcome::Outcome;
+use super::train::TrainState;
+use super::train::densify::Observed;
 use super::tune::{Check, Gauge, Heat, Model, Spent, State, Stride};
 use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
@@ -36,6 +38,7 @@ const BLOCK: usize = 4096;
 enum CheckpointKind {
     Progress = 1,
     Model = 2,
+    Training = 3,
 }
 
 /// A checkpoint that cannot be used.
@@ -47,7 +50,7 @@ enum CheckpointError {
     Version(u32),
     #[error(
         "the checkpoint belongs to a run with other inputs or settings; repeat the command of \
-         that run with --resume, or give another --out"
+         that run with --resume, or begin another run in another place"
     )]
     OtherRun,
     #[error("byte {at}: {what}; the file is damaged, begin the run anew")]
@@ -200,6 +203,37 @@ impl<'a> Checkpoints<'a> {
         model.ok_or_else(missing)
     }
 
+    /// Keeps where a training from nothing is, in the file `name`.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: it cannot be written; the checkpoint of before stays.
+    pub fn save_training(&self, name: &str, state: &TrainState) -> Result<(), RunError> {
+        let TrainState { model, observed, iteration, is_capped } = state;
+        let head = (ModelHead::of(&model.scene), *iteration, *is_capped);
+        let observed = [
+            CheckpointPart::Floats(&observed.slopes),
+            CheckpointPart::Steps(&observed.views),
+            CheckpointPart::Floats(&observed.radii),
+        ];
+        self.write(name, CheckpointKind::Training, &head, parts(model).into_iter().chain(observed))
+    }
+
+    /// Where the training in the file `name` is; `None` if there is no such file.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a checkpoint that is damaged, or of another training or version.
+    pub fn load_training(&self, name: &str) -> Result<Option<TrainState>, RunError> {
+        type Head = (ModelHead, u32, bool);
+        self.read(name, CheckpointKind::Training, |(head, iteration, is_capped): Head, file| {
+            let model = head.model(file)?;
+            let n = head.points;
+            let slopes = file.floats(n)?;
+            let views = file.list(n, u32::from_le_bytes)?;
+            let observed = Observed { slopes, views, radii: file.floats(n)? };
+            Ok(TrainState { model, observed, iteration, is_capped })
+        })
+    }
+
     fn write<'m>(
         &self,
         name: &str,
@@ -348,8 +382,10 @@ impl<W: Write> Write for Summed<W> {
 enum CheckpointPart<'a> {
     /// Of the shape of a model.
     Values(&'a Gaussians),
-    /// Steps of its Gaussians.
+    /// Steps of its Gaussians, or another count of each.
     Steps(&'a [u32]),
+    /// A number of each of its Gaussians.
+    Floats(&'a [f32]),
 }
 
 /// What is written of a model: parameters, both moments, and steps.
@@ -368,6 +404,7 @@ impl CheckpointPart<'_> {
         match self {
             CheckpointPart::Values(of) => model_bytes(of.len(), of.sh_degree),
             CheckpointPart::Steps(steps) => 4 * steps.len() as u64,
+            CheckpointPart::Floats(floats) => 4 * floats.len() as u64,
         }
     }
 
@@ -377,6 +414,7 @@ impl CheckpointPart<'_> {
                 Group::ALL.iter().try_for_each(|g| write_words(out, g.of(of), f32::to_le_bytes))
             }
             CheckpointPart::Steps(steps) => write_words(out, steps, u32::to_le_bytes),
+            CheckpointPart::Floats(floats) => write_words(out, floats, f32::to_le_bytes),
         }
     }
 }

@@ -54,6 +54,7 @@ pub mod setup;
 pub mod slack;
 pub mod target;
 pub mod times;
+pub mod train;
 pub mod tune;
 pub mod views;
 pub mod watch;

@@ -10,7 +10,7 @@ use super::references::References;
 use super::renderer::Renderer;
 use super::settings::{Gate, Settings};
 use super::target::Quality;
-use super::views::ViewSplit;
+use super::views::{ViewSplit, extent};
 use powergs_base::picture::Picture;
 use powergs_core::sim::SimError;
 use powergs_frame::display::Display;
@@ -173,12 +173,7 @@ impl Setup<'_> {
 
     /// The learning rates of this run, before decay.
     pub(crate) fn rates(&self) -> Rates {
-        let cameras = self.split.train.iter().map(|&v| self.cameras[v].centre);
-        let n = self.split.train.len().max(1) as f64;
-        let mean = cameras.clone().sum::<glam::DVec3>() / n;
-        let farthest = cameras.map(|c| c.distance(mean)).fold(0.0, f64::max);
-        // A single camera has no extent; 1 is as good as any other.
-        let extent = if farthest > 0.0 { 1.1 * farthest } else { 1.0 };
+        let extent = extent(self.split.train.iter().map(|&v| self.cameras[v].centre));
         Rates::published(extent).scaled(self.settings.rate_scale)
     }
 }

@@ -6,6 +6,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -277,6 +278,15 @@ pub(crate) fn largest(cameras: &[Camera]) -> [u32; 2] {
 
 fn one() -> usize {
     1
+}
+
+/// The published extent of cameras, world units: 1.1 times the largest distance from their mean.
+pub(crate) fn extent(centres: impl ExactSizeIterator<Item = DVec3> + Clone) -> f64 {
+    let n = centres.len().max(1) as f64;
+    let mean = centres.clone().sum::<DVec3>() / n;
+    let farthest = centres.map(|c| c.distance(mean)).fold(0.0, f64::max);
+    // A single camera has no extent; 1 is as good as any other.
+    if farthest > 0.0 { 1.1 * farthest } else { 1.0 }
 }
 
 /// What power was counted over. Written, it stands beside watts: `16 of 50 views of 540x960`.

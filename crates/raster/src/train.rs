@@ -182,7 +182,7 @@ impl Tape {
         for (rank, splat) in splats.iter().enumerate() {
             self.ranks[splat.index as usize] = rank as u32;
         }
-        Slopes { frame, which, ranks: &self.ranks, sums: &self.sums }
+        Slopes { frame, which, ranks: &self.ranks, sums: &self.sums, splats }
     }
 }
 

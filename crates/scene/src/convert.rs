@@ -35,7 +35,7 @@ pub(super) fn opacities_beyond_bytes(raw: &[f32]) -> u64 {
 }
 
 /// The DC coefficient of a colour, 0 to 1 and a little beyond.
-pub(super) fn dc(colour: f64) -> f32 {
+pub fn dc(colour: f64) -> f32 {
     ((colour - 0.5) / SH_C0) as f32
 }
 

@@ -3,6 +3,7 @@
 mod cameras;
 mod colmap;
 mod models;
+mod points;
 mod training_run;
 
 use std::error::Error;
@@ -10,6 +11,7 @@ use std::fmt;
 
 pub use cameras::{has_cameras, open_cameras};
 pub use models::{OpenedModel, is_foveated, open_foveated, open_model, open_model_as};
+pub use points::{open_colmap_points, open_point_ply};
 pub use training_run::{RunBackground, background_of};
 
 use super::camera::CameraError;

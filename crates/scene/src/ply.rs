@@ -5,6 +5,7 @@
 mod compressed;
 mod header;
 mod inria;
+mod points;
 mod rows;
 mod write;
 
@@ -17,6 +18,7 @@ use super::read::{Format, Model};
 use header::{Element, Encoding, PlyHeader, PlyMode};
 
 pub(super) use compressed::write as write_compressed;
+pub(super) use points::read_points;
 pub use write::write;
 
 /// Bytes with their position, for bounds and messages.

@@ -189,7 +189,7 @@ fn photographed(
 }
 
 /// Says what photos and cameras go through before they are compared.
-fn say_changes(views: &Views, shown: &[Photo]) {
+pub fn say_changes(views: &Views, shown: &[Photo]) {
     let bent = views.cameras.iter().filter(|c| views.lenses.contains_key(&c.name)).count();
     if bent > 0 {
         out::complain(format!(

@@ -50,7 +50,9 @@ impl Gaussians {
         self.sh.append(&mut other.sh);
     }
 
-    fn raise_degree(&mut self, degree: u8) {
+    /// Raises the degree of the spherical harmonics, 0 to 3, with coefficients of zero. A model of
+    /// that degree or a higher one stays as it is.
+    pub fn raise_degree(&mut self, degree: u8) {
         if degree <= self.sh_degree {
             return;
         }

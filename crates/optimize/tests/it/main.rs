@@ -23,5 +23,6 @@ mod scenes;
 mod schedule;
 mod search;
 mod slack;
+mod train;
 mod tune;
 mod views;

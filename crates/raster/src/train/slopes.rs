@@ -3,6 +3,7 @@
 use fearless_simd::dispatch;
 
 use super::{TrainFrame, Which};
+use powergs_frame::splat::Splat;
 use powergs_frame::splat::gradient::{GradientBlock, HIDDEN, PixelSums, Stretch, unproject_block};
 
 /// The slopes of a loss: whoever goes through the parameters finds the gradient of sixteen
@@ -15,9 +16,21 @@ pub struct Slopes<'a> {
     pub(super) ranks: &'a [u32],
     /// By rank.
     pub(super) sums: &'a [PixelSums],
+    /// By rank.
+    pub(super) splats: &'a [Splat],
 }
 
 impl Slopes<'_> {
+    /// The splats that the view sees, front to back, each with the gradient by its centre, 1/pixels:
+    /// K Σ s δ, as `docs/gradients.md` has it. A splat without an inverse covariance has none.
+    pub fn by_centre(&self) -> impl Iterator<Item = (&Splat, [f32; 2])> {
+        self.splats.iter().zip(self.sums).map(|(splat, sums)| {
+            let [a, b, c] = splat.conic().unwrap_or([0.0; 3]);
+            let [_, x, y, ..] = *sums;
+            (splat, [a * x + b * y, b * x + c * y])
+        })
+    }
+
     /// Gaussians of the scene.
     pub fn points(&self) -> usize {
         self.ranks.len()

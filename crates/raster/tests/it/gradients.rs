@@ -433,3 +433,44 @@ fn whoever_is_seen_may_be_seen() {
     }
     assert!(seen > 100 && others > 100, "{seen} seen, {others} out of sight");
 }
+
+#[test]
+fn gradients_by_centres_are_those_of_a_shifted_picture() {
+    let mut scene = random_scene(17, 60, 1);
+    // In the picture: beyond its edge covariances depend on the principal point, too.
+    for [x, y, z] in &mut scene.means {
+        *z = z.max(1.0);
+        (*x, *y) = (x.clamp(-0.3 * *z, 0.3 * *z), y.clamp(-0.3 * *z, 0.3 * *z));
+    }
+    let camera = front_camera(64, 48);
+    // A ramp: the slope is large beside the steps of α at 1/255, which gradients leave out.
+    let ramp = |i: usize| ((i % 64) as f32 / 64.0 + 2.0 * (i / 64) as f32 / 48.0).powi(2);
+    let weights: Vec<[f32; 3]> = (0..64 * 48).map(|i| [ramp(i); 3]).collect();
+    let mut tape = Tape::new();
+    let options = Options { clamp: Clamp::Exact, ..Options::reference() };
+    let mut loss = |camera: &Camera| -> f64 {
+        let picture = tape.forward(&scene, camera, &options);
+        let pairs = picture.pixels.as_flattened().iter().zip(weights.as_flattened());
+        pairs.map(|(p, w)| f64::from(*p) * f64::from(*w)).sum()
+    };
+    // All centres move with the principal point, and nothing else does.
+    let step = 2e-3;
+    let differences = [[step, 0.0], [0.0, step]].map(|[x, y]| {
+        let at = |sign: f64| {
+            let (cx, cy) = (camera.cx + sign * x, camera.cy + sign * y);
+            Camera { cx, cy, ..camera.clone() }
+        };
+        (loss(&at(1.0)) - loss(&at(-1.0))) / (2.0 * step)
+    });
+    loss(&camera);
+    let slopes = tape.slopes(&weights, Which::All);
+    let mut sums = [0.0; 2];
+    for (splat, slope) in slopes.by_centre() {
+        assert!(slopes.is_seen(splat.index as usize));
+        sums.iter_mut().zip(slope).for_each(|(sum, s)| *sum += f64::from(s));
+    }
+    for (sum, difference) in sums.into_iter().zip(differences) {
+        let scale = difference.abs().max(1.0);
+        assert!((sum - difference).abs() < 0.05 * scale, "{sums:?} {differences:?}");
+    }
+}

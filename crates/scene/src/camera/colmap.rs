@@ -1,4 +1,5 @@
-//! COLMAP sparse models: `cameras` and `images`, binary or text. `points3D` is not needed.
+//! COLMAP sparse models: `cameras` and `images`, binary or text. `points3D` is only read where a
+//! training starts from it.
 //!
 //! Poses are world-to-camera (quaternion w, x, y, z and translation) in OpenCV axes; the principal
 //! point counts from the left and top edges, as ours. Views come out sorted by name, as INRIA's
@@ -6,6 +7,7 @@
 
 mod binary;
 mod models;
+mod points;
 mod text;
 
 use std::collections::BTreeMap;
@@ -14,6 +16,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 pub use binary::read_binary;
 pub(super) use models::is_known as is_model;
+pub use points::{read_points_binary, read_points_text};
 pub use text::read_text;
 
 use super::check::{CameraKeys, checked};

@@ -52,7 +52,7 @@ pub enum CameraError {
     /// A COLMAP binary file is damaged.
     #[error("{file}, byte {offset}: {what}")]
     Binary {
-        /// `cameras.bin` or `images.bin`.
+        /// `cameras.bin`, `images.bin` or `points3D.bin`.
         file: &'static str,
         /// Where the bad item starts.
         offset: u64,
@@ -62,7 +62,7 @@ pub enum CameraError {
     /// A COLMAP text file is damaged.
     #[error("{file}, line {line}: {what}")]
     Text {
-        /// `cameras.txt` or `images.txt`.
+        /// `cameras.txt`, `images.txt` or `points3D.txt`.
         file: &'static str,
         /// Line, from 1.
         line: usize,

@@ -4,6 +4,7 @@ mod edit;
 mod hostile;
 mod lens;
 mod nerfstudio;
+mod points;
 mod readers;
 
 use powergs_scene::Camera;

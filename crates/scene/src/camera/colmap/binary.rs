@@ -20,8 +20,8 @@ const POINT_BYTES: u64 = 24;
 /// # Errors
 /// [`CameraError`]: a damaged file, or a camera that cannot be used.
 pub fn read_binary(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
-    let cameras = read_cameras(BinarySource { reader: cameras, file: "cameras.bin", offset: 0 })?;
-    let images = read_images(BinarySource { reader: images, file: "images.bin", offset: 0 })?;
+    let cameras = read_cameras(BinarySource::new(cameras, "cameras.bin"))?;
+    let images = read_images(BinarySource::new(images, "images.bin"))?;
     views("COLMAP binary", &cameras, images, Vec::new())
 }
 
@@ -68,7 +68,7 @@ fn read_images<R: BufRead>(mut source: BinarySource<R>) -> Result<Vec<ColmapImag
         let camera = source.u32("a camera id")?;
         let name = source.name()?;
         let points = source.u64("the number of 2D points")?;
-        source.skip(points)?;
+        source.skip(points, POINT_BYTES, "2D points")?;
         let translation = DVec3::new(tx, ty, tz);
         images.push(ColmapImage { id, quaternion: [w, x, y, z], translation, camera, name });
     }
@@ -77,14 +77,19 @@ fn read_images<R: BufRead>(mut source: BinarySource<R>) -> Result<Vec<ColmapImag
 }
 
 /// A reader that knows where it is.
-struct BinarySource<R> {
+pub(super) struct BinarySource<R> {
     reader: R,
     file: &'static str,
     offset: u64,
 }
 
 impl<R: BufRead> BinarySource<R> {
-    fn fault(&self, what: impl Into<String>) -> CameraError {
+    /// At the beginning of a file of this name.
+    pub fn new(reader: R, file: &'static str) -> BinarySource<R> {
+        BinarySource { reader, file, offset: 0 }
+    }
+
+    pub fn fault(&self, what: impl Into<String>) -> CameraError {
         CameraError::Binary { file: self.file, offset: self.offset, what: what.into() }
     }
 
@@ -96,7 +101,7 @@ impl<R: BufRead> BinarySource<R> {
         }
     }
 
-    fn bytes<const N: usize>(&mut self, item: &str) -> Result<[u8; N], CameraError> {
+    pub fn bytes<const N: usize>(&mut self, item: &str) -> Result<[u8; N], CameraError> {
         let mut bytes = [0; N];
         self.reader.read_exact(&mut bytes).map_err(|e| self.failed(&e, item))?;
         self.offset += N as u64;
@@ -107,11 +112,11 @@ impl<R: BufRead> BinarySource<R> {
         self.bytes(item).map(u32::from_le_bytes)
     }
 
-    fn u64(&mut self, item: &str) -> Result<u64, CameraError> {
+    pub fn u64(&mut self, item: &str) -> Result<u64, CameraError> {
         self.bytes(item).map(u64::from_le_bytes)
     }
 
-    fn f64(&mut self, item: &str) -> Result<f64, CameraError> {
+    pub fn f64(&mut self, item: &str) -> Result<f64, CameraError> {
         self.bytes(item).map(f64::from_le_bytes)
     }
 
@@ -131,22 +136,22 @@ impl<R: BufRead> BinarySource<R> {
         Ok(name)
     }
 
-    /// Skips `points` 2D points, which must be there.
-    fn skip(&mut self, points: u64) -> Result<(), CameraError> {
-        let promised = || self.fault(format!("{points} 2D points are promised but not there"));
-        let bytes = points.checked_mul(POINT_BYTES).ok_or_else(promised)?;
+    /// Skips `count` items of `each` bytes, which must be there.
+    pub fn skip(&mut self, count: u64, each: u64, items: &str) -> Result<(), CameraError> {
+        let promised = || self.fault(format!("{count} {items} are promised but not there"));
+        let bytes = count.checked_mul(each).ok_or_else(promised)?;
         let mut limited = (&mut self.reader).take(bytes);
         let copied = std::io::copy(&mut limited, &mut std::io::sink());
-        let copied = copied.map_err(|e| self.failed(&e, "2D points"))?;
+        let copied = copied.map_err(|e| self.failed(&e, items))?;
         if copied < bytes {
-            return Err(self.fault(format!("{points} 2D points are promised but not there")));
+            return Err(self.fault(format!("{count} {items} are promised but not there")));
         }
         self.offset += bytes;
         Ok(())
     }
 
     /// Nothing may follow.
-    fn end(&mut self, items: &str) -> Result<(), CameraError> {
+    pub fn end(&mut self, items: &str) -> Result<(), CameraError> {
         let rest = self.reader.fill_buf().map(|b| b.len());
         let rest = rest.map_err(|e| self.failed(&e, "the end of the file"))?;
         if rest > 0 {

@@ -84,7 +84,7 @@ fn is_list_of_points(line: &str) -> bool {
 }
 
 /// Lines with their numbers.
-struct ColmapLines<R> {
+pub(super) struct ColmapLines<R> {
     reader: R,
     file: &'static str,
     number: usize,
@@ -93,11 +93,11 @@ struct ColmapLines<R> {
 }
 
 impl<R: BufRead> ColmapLines<R> {
-    fn new(reader: R, file: &'static str) -> Self {
+    pub fn new(reader: R, file: &'static str) -> Self {
         Self { reader, file, number: 0, promised: None }
     }
 
-    fn fault(&self, what: impl Into<String>) -> CameraError {
+    pub fn fault(&self, what: impl Into<String>) -> CameraError {
         CameraError::Text { file: self.file, line: self.number, what: what.into() }
     }
 
@@ -113,7 +113,7 @@ impl<R: BufRead> ColmapLines<R> {
     }
 
     /// The next line that is neither empty nor a comment.
-    fn next_entry(&mut self) -> Result<Option<String>, CameraError> {
+    pub fn next_entry(&mut self) -> Result<Option<String>, CameraError> {
         while let Some(line) = self.next_line()? {
             let trimmed = line.trim();
             if let Some(comment) = trimmed.strip_prefix('#') {
@@ -143,7 +143,7 @@ impl<R: BufRead> ColmapLines<R> {
         }
     }
 
-    fn parse<T: FromStr>(&self, word: Option<&str>, item: &str) -> Result<T, CameraError> {
+    pub fn parse<T: FromStr>(&self, word: Option<&str>, item: &str) -> Result<T, CameraError> {
         let word = word.ok_or_else(|| self.fault(format!("the line ends before {item}")))?;
         word.parse().map_err(|_| self.fault(format!("`{word}` is not {item}")))
     }
