@@ -83,7 +83,7 @@ pub struct Densified {
     pub cloned: usize,
     /// Gaussians that became two.
     pub split: usize,
-    /// Gaussians that went, beside those that were split.
+    /// Gaussians that went, without those that were split.
     pub pruned: usize,
     /// Whether there would have been too many: then none was cloned or split.
     pub is_capped: bool,
