@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
-use powergs_sim::scene::files::open_model;
+use powergs_sim::scene::files::{open_cameras, open_model};
 
 /// Runs a command; `@` is the folder.
 fn run_until(folder: &Path, command: &str, cancelled: Arc<AtomicBool>) -> Result<Exit, Failure> {
@@ -39,6 +39,11 @@ fn stage() -> tempfile::TempDir {
     run(folder, "camera convert --cameras @/all.json -o @/cameras.json --every 6 --size 48x36")
         .unwrap();
     run(folder, "render @/demo.ply --cameras @/cameras.json -o @/photos").unwrap();
+    let cameras = open_cameras(&folder.join("cameras.json"), None, None).unwrap().cameras;
+    for (i, camera) in cameras.iter().enumerate() {
+        let at = |name: &str| folder.join(format!("photos/{name}.png"));
+        fs::rename(at(&format!("{i:03}")), at(&camera.name)).unwrap();
+    }
     home
 }
 
@@ -108,7 +113,12 @@ fn what_cannot_be_trained_is_said_before_any_work() {
     let own = "--cameras @/cameras.json";
     fails(folder, &with(&format!("{own} --hold-out 1")), Exit::Usage, "no view is left");
     fails(folder, &with(&format!("{own} --size 480x360")), Exit::Usage, "--size 480x360");
-    fails(folder, &with(&format!("{own} --densify-slope -1")), Exit::Usage, "--densify-slope -1");
+    fails(
+        folder,
+        &with(&format!("{own} --densify-slope 5000")),
+        Exit::Usage,
+        "--densify-slope 5000",
+    );
     fails(folder, &with(&format!("{own} --cube 0")), Exit::Usage, "--cube 0");
     let many = format!("{own} --points 500 --max-points 400");
     fails(folder, &with(&many), Exit::Usage, "--points 500: --max-points allows 400");
