@@ -127,7 +127,7 @@ pub mod study {
     pub mod optimize {
         pub use powergs_optimize::{
             campaign, fit, oracle, outcome, photos, references, request, results, role, schedule,
-            settings, target, tune, views, watch,
+            settings, target, train, tune, views, watch,
         };
     }
 }

@@ -480,6 +480,60 @@ class Scene:
         Static methods in Python are similar to those found in Java or C++.
         For a more advanced concept, see the classmethod builtin.
         """
+    @staticmethod
+    def from_gsplat(
+        splats: Mapping[str, npt.ArrayLike],
+        /,
+        *,
+        name: str = "gsplat",
+        antialiased: bool = False,
+    ) -> Scene:
+        """staticmethod(function) -> method
+
+        Convert a function to be a static method.
+
+        A static method does not receive an implicit first argument.
+        To declare a static method, use this idiom:
+
+             class C:
+                 @staticmethod
+                 def f(arg1, arg2, argN):
+                     ...
+
+        It can be called either on the class (e.g. C.f()) or on an instance
+        (e.g. C().f()). Both the class and the instance are ignored, and
+        neither is passed implicitly as the first argument to the method.
+
+        Static methods in Python are similar to those found in Java or C++.
+        For a more advanced concept, see the classmethod builtin.
+        """
+    @staticmethod
+    def from_points(
+        positions: npt.ArrayLike,
+        /,
+        colours: npt.ArrayLike | None = None,
+        *,
+        name: str = "points",
+    ) -> Scene:
+        """staticmethod(function) -> method
+
+        Convert a function to be a static method.
+
+        A static method does not receive an implicit first argument.
+        To declare a static method, use this idiom:
+
+             class C:
+                 @staticmethod
+                 def f(arg1, arg2, argN):
+                     ...
+
+        It can be called either on the class (e.g. C.f()) or on an instance
+        (e.g. C().f()). Both the class and the instance are ignored, and
+        neither is passed implicitly as the first argument to the method.
+
+        Static methods in Python are similar to those found in Java or C++.
+        For a more advanced concept, see the classmethod builtin.
+        """
     def to_arrays(self) -> _Arrays:
         """The model as arrays: a dictionary with the names of ``from_arrays``, each float32 and owned
         by Python.

@@ -23,6 +23,7 @@ use powergs_core::run::files::read;
 use powergs_core::run::store::atomic::{persist, temporary, write_atomically};
 use powergs_core::run::{Frames, MemoryFrames, RunError, TraceFile, Watch};
 use powergs_frame::trace::TraceHeader;
+use powergs_optimize::train::start::around;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::export::{self, Files, Target};
 use powergs_scene::files::{open_foveated, open_model_as};
@@ -119,6 +120,28 @@ fn target(path: &Path, format: Option<&str>) -> PyResult<Target> {
 fn logit(opacity: f32) -> f32 {
     let within = f64::from(opacity).clamp(f64::from(f32::MIN_POSITIVE), 1.0 - f64::EPSILON);
     (within / (1.0 - within)).ln() as f32
+}
+
+/// A number of Gaussians that is taken.
+fn counted(count: usize) -> PyResult<usize> {
+    if count == 0 || count > MAX_POINTS {
+        return Err(wrong(format!("{count} Gaussians; must be 1 to {MAX_POINTS}")));
+    }
+    Ok(count)
+}
+
+/// Quaternions, none of which is zero.
+fn turning(quats: &[f32]) -> PyResult<Vec<[f32; 4]>> {
+    let (quats, _) = quats.as_chunks::<4>();
+    if let Some(place) = quats.iter().position(|q| q.iter().all(|x| *x == 0.0)) {
+        return Err(wrong(format!("quats: that of #{place} is zero and turns nothing")));
+    }
+    Ok(quats.to_vec())
+}
+
+/// The SH degree of this number of coefficients of a channel.
+fn degree_of(coefficients: usize) -> u8 {
+    [1, 4, 9, 16].iter().position(|k| *k == coefficients).unwrap_or(0) as u8
 }
 
 /// The name of a scene: its file or folder without ending.
@@ -221,11 +244,7 @@ impl Scene {
         antialiased: bool,
     ) -> PyResult<Scene> {
         let (shape, means) = of_each(means, "means", None, |rest| rest == [3], "(N, 3)")?;
-        let count = shape[0];
-        if count == 0 || count > MAX_POINTS {
-            return Err(wrong(format!("{count} Gaussians; must be 1 to {MAX_POINTS}")));
-        }
-        let some = Some(count);
+        let some = Some(counted(shape[0])?);
         let (_, quats) = of_each(quats, "quats", some, |rest| rest == [4], "(N, 4)")?;
         let (_, scales) = of_each(scales, "scales", some, |rest| rest == [3], "(N, 3)")?;
         let flat = |rest: &[usize]| rest.iter().product::<usize>() == 1;
@@ -241,11 +260,6 @@ impl Scene {
             let what = "opacities are 0 to 1, after `sigmoid`";
             return Err(wrong(format!("{what}; that of #{place} is {}", opacities[place])));
         }
-        let (quats, _) = quats.as_chunks::<4>();
-        if let Some(place) = quats.iter().position(|q| q.iter().all(|x| *x == 0.0)) {
-            return Err(wrong(format!("quats: that of #{place} is zero and turns nothing")));
-        }
-        let degree = [1, 4, 9, 16].iter().position(|k| *k == shape[1]).unwrap_or(0) as u8;
         let each = shape[1] * 3;
         // A file has all coefficients of a channel together; an array has those of a coefficient.
         let by_channel = sh.chunks_exact(each).flat_map(|own| {
@@ -254,13 +268,109 @@ impl Scene {
         let gaussians = Gaussians {
             means: means.as_chunks().0.to_vec(),
             log_scales: scales.as_chunks().0.iter().map(|s: &[f32; 3]| s.map(f32::ln)).collect(),
-            rotations: quats.to_vec(),
+            rotations: turning(&quats)?,
             logit_opacities: opacities.iter().map(|opacity| logit(*opacity)).collect(),
-            sh_degree: degree,
+            sh_degree: degree_of(shape[1]),
             sh: by_channel.collect(),
             antialiased,
         };
         Ok(Scene::of(name, "arrays", gaussians))
+    }
+
+    /// The parameters of a model in training with gsplat: its ``splats``, or the ``splats`` of a
+    /// checkpoint of ``simple_trainer.py``.
+    ///
+    /// Parameters
+    /// ----------
+    /// splats : dict
+    ///     ``means`` (N, 3), ``scales`` (N, 3) before ``exp``, ``quats`` (N, 4) as w, x, y, z,
+    ///     ``opacities`` (N,) before ``sigmoid``, ``sh0`` (N, 1, 3), and ``shN`` (N, K, 3) with
+    ///     K = 0, 3, 8 or 15 if it is there. Other keys are left alone.
+    /// name : str
+    ///     Name of the scene.
+    /// antialiased : bool
+    ///     Whether it was trained with ``rasterize_mode="antialiased"``.
+    ///
+    /// Raises ``InputError`` for missing keys, other shapes and values that are no numbers.
+    #[staticmethod]
+    #[pyo3(signature = (splats, /, *, name="gsplat", antialiased=false))]
+    fn from_gsplat(splats: &Bound<'_, PyAny>, name: &str, antialiased: bool) -> PyResult<Scene> {
+        let of = |key: &str| {
+            let missing = |_| {
+                let keys = "means, scales, quats, opacities and sh0";
+                wrong(format!("no `{key}`: splats have {keys}, and mostly shN"))
+            };
+            splats.get_item(key).map_err(missing)
+        };
+        let (shape, means) = of_each(&of("means")?, "means", None, |rest| rest == [3], "(N, 3)")?;
+        let some = Some(counted(shape[0])?);
+        let (_, quats) = of_each(&of("quats")?, "quats", some, |rest| rest == [4], "(N, 4)")?;
+        let (_, scales) = of_each(&of("scales")?, "scales", some, |rest| rest == [3], "(N, 3)")?;
+        let flat = |rest: &[usize]| rest.iter().product::<usize>() == 1;
+        let (_, opacities) = of_each(&of("opacities")?, "opacities", some, flat, "(N,)")?;
+        let (_, sh0) = of_each(&of("sh0")?, "sh0", some, |rest| rest == [1, 3], "(N, 1, 3)")?;
+        let known = |rest: &[usize]| matches!(rest, [0 | 3 | 8 | 15, 3]);
+        let (rest, sh_rest) = match splats.contains("shN")? {
+            true => of_each(&of("shN")?, "shN", some, known, "(N, 0, 3, 8 or 15, 3)")?,
+            false => (vec![shape[0], 0, 3], Vec::new()),
+        };
+        let rest = rest[1];
+        let mut sh = Vec::with_capacity(sh0.len() + sh_rest.len());
+        for (i, own) in sh0.as_chunks::<3>().0.iter().enumerate() {
+            let others = &sh_rest[3 * rest * i..3 * rest * (i + 1)];
+            for (channel, constant) in own.iter().enumerate() {
+                sh.push(*constant);
+                sh.extend(others.iter().skip(channel).step_by(3));
+            }
+        }
+        let gaussians = Gaussians {
+            means: means.as_chunks().0.to_vec(),
+            log_scales: scales.as_chunks().0.to_vec(),
+            rotations: turning(&quats)?,
+            logit_opacities: opacities,
+            sh_degree: degree_of(rest + 1),
+            sh,
+            antialiased,
+        };
+        Ok(Scene::of(name, "arrays", gaussians))
+    }
+
+    /// Gaussians around points, as the published training of 3DGS begins: round, as large as the
+    /// root of the mean squared distance to the three nearest neighbours, of opacity 0.1 and SH
+    /// degree 0.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array of shape (N, 3)
+    ///     Places, world units.
+    /// colours : array of shape (N, 3), optional
+    ///     sRGB, 0 to 1; middle grey without.
+    /// name : str
+    ///     Name of the scene.
+    ///
+    /// Raises ``InputError`` for other shapes and for values that are no numbers.
+    #[staticmethod]
+    #[pyo3(signature = (positions, /, colours=None, *, name="points"))]
+    fn from_points(
+        py: Python<'_>,
+        positions: &Bound<'_, PyAny>,
+        colours: Option<&Bound<'_, PyAny>>,
+        name: &str,
+    ) -> PyResult<Scene> {
+        let (shape, positions) =
+            of_each(positions, "positions", None, |rest| rest == [3], "(N, 3)")?;
+        let count = counted(shape[0])?;
+        let colours = match colours {
+            Some(given) => of_each(given, "colours", Some(count), |rest| rest == [3], "(N, 3)")?.1,
+            None => vec![0.5; 3 * count],
+        };
+        if let Some(place) = colours.iter().position(|v| !(0.0..=1.0).contains(v)) {
+            let what = "colours are sRGB, 0 to 1";
+            return Err(wrong(format!("{what}; that of #{} is {}", place / 3, colours[place])));
+        }
+        let (positions, colours) = (positions.as_chunks().0, colours.as_chunks().0);
+        let gaussians = py.detach(|| around(positions, colours));
+        Ok(Scene::of(name, "points", gaussians))
     }
 
     /// The model as arrays: a dictionary with the names of ``from_arrays``, each float32 and owned

@@ -74,6 +74,44 @@ def test_arrays_that_do_not_fit(made, name, change, message) -> None:
         powergs.Scene.from_arrays(**{**arrays, name: change(arrays[name])})
 
 
+def test_splats_of_gsplat_are_those_before_activations(made) -> None:
+    arrays = made[0].to_arrays()
+    splats = {
+        "means": arrays["means"],
+        "quats": arrays["quats"],
+        "scales": np.log(arrays["scales"]),
+        "opacities": np.log(arrays["opacities"] / (1 - arrays["opacities"])),
+        "sh0": arrays["sh"][:, :1],
+        "shN": arrays["sh"][:, 1:],
+    }
+    again = powergs.Scene.from_gsplat(splats, name="trained")
+    assert again.name == "trained" and again.sh_degree == 3
+    for name, array in again.to_arrays().items():
+        np.testing.assert_allclose(array, arrays[name], rtol=1e-3, atol=1e-5)
+    del splats["shN"]
+    assert powergs.Scene.from_gsplat(splats).sh_degree == 0
+    with pytest.raises(powergs.InputError, match=r"sh0 has the shape \(N, 1, 3\)"):
+        powergs.Scene.from_gsplat({**splats, "sh0": arrays["sh"]})
+    del splats["sh0"]
+    with pytest.raises(powergs.InputError, match="no `sh0`"):
+        powergs.Scene.from_gsplat(splats)
+
+
+def test_points_become_round_gaussians() -> None:
+    places = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]
+    scene = powergs.Scene.from_points(places, [[0.5, 1.0, 0.0]] * 4)
+    arrays = scene.to_arrays()
+    assert len(scene) == 4 and scene.sh_degree == 0
+    np.testing.assert_allclose(arrays["scales"][0], 2.0, rtol=1e-5)
+    np.testing.assert_allclose(arrays["opacities"], 0.1, rtol=1e-5)
+    np.testing.assert_allclose(arrays["sh"][0, 0], np.array([0, 0.5, -0.5]) / 0.28209479, atol=1e-5)
+    assert len(powergs.Scene.from_points(np.zeros((2, 3)))) == 2
+    with pytest.raises(powergs.InputError, match="0 to 1"):
+        powergs.Scene.from_points(places, np.full((4, 3), 255.0))
+    with pytest.raises(powergs.InputError, match="1 to"):
+        powergs.Scene.from_points(np.zeros((0, 3)))
+
+
 def test_no_numbers_at_all(made) -> None:
     arrays = made[0].to_arrays()
     with pytest.raises(TypeError, match="means"):

@@ -22,7 +22,7 @@ use powergs_report::format::wrapped;
 use powergs_scene::export::{self, Files, Target};
 use powergs_scene::{Gaussians, write_ply};
 use rules::RuleArgs;
-use traces::{StepTraces, TraceArgs};
+use traces::{StepTraceArgs, StepTraces};
 use work::{CheckpointFile, Worked};
 
 /// Shown under `train --help`.
@@ -55,13 +55,13 @@ pub struct TrainArgs {
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
-    views: ViewArgs,
+    views: PhotoViewArgs,
     #[command(flatten)]
     start: StartArgs,
     #[command(flatten)]
     rules: RuleArgs,
     #[command(flatten)]
-    traces: TraceArgs,
+    traces: StepTraceArgs,
     #[command(flatten)]
     run: CheckpointArgs,
 }
@@ -69,7 +69,7 @@ pub struct TrainArgs {
 /// The views that train.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Views")]
-struct ViewArgs {
+struct PhotoViewArgs {
     /// Camera file or folder: COLMAP, transforms.json, cameras.json [default: that of the photos]
     #[arg(long, value_name = "PATH")]
     cameras: Option<PathBuf>,
@@ -170,7 +170,7 @@ fn target(output: &Path) -> Result<Target, Failure> {
     }
 }
 
-fn background(args: &ViewArgs, context: &Context) -> [f32; 3] {
+fn background(args: &PhotoViewArgs, context: &Context) -> [f32; 3] {
     ShownBackground::of(Some(args.background), &[]).said(context)
 }
 

@@ -12,4 +12,5 @@ mod pack;
 mod program;
 mod replay;
 mod run_folder;
+mod train;
 mod validate;

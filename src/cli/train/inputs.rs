@@ -17,7 +17,7 @@ use super::Progress;
 
 /// Most Gaussians that a training begins with.
 const MOST_POINTS: usize = 100_000_000;
-/// Of views that no file calls test views, one in so many by name is held out: the published rule
+/// Where the camera file names no test views, every eighth by name is held out: the published rule
 /// (`llffhold`).
 const HELD_OUT: usize = 8;
 /// Largest half width of the cube of random points, extents of the cameras.
@@ -47,7 +47,7 @@ impl TrainViews {
         let file = args.views.cameras.clone().or_else(|| photos::camera_file(&args.photos));
         let Some(file) = file else {
             let what = format!(
-                "{}: no cameras.json, transforms.json or sparse/0 there or beside it; give \
+                "{}: no cameras.json, transforms.json or sparse/0 there or next to it; give \
                  --cameras",
                 args.photos.display()
             );

@@ -19,7 +19,7 @@ use powergs_views::RenderedViews;
 /// Which traces are written.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Traces of training steps")]
-pub struct TraceArgs {
+pub struct StepTraceArgs {
     /// Every N iterations, write a trace of some training views of the model as it is then
     #[arg(long, value_name = "N", requires = "traces")]
     trace_every: Option<NonZeroU32>,
@@ -39,7 +39,7 @@ pub struct StepTraces {
     iterations: u32,
 }
 
-impl TraceArgs {
+impl StepTraceArgs {
     /// The traces, none of which is there already unless it may be replaced.
     ///
     /// # Errors
@@ -114,12 +114,12 @@ fn write(
     let place = || format!("{}: cannot be written", path.display());
     let file = temporary(path).or_exit(Exit::Usage, place())?;
     let frames: &mut dyn Frames = &mut frames;
-    let trace = extract(frames, header, BufWriter::new(file), &Whole)?;
+    let trace = extract(frames, header, BufWriter::new(file), &WholeTrace)?;
     let file = trace.out.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
     persist(file, path).or_exit(Exit::Usage, place())
 }
 
 /// A few frames are written to the end: a trace that is there is whole.
-struct Whole;
+struct WholeTrace;
 
-impl Watch for Whole {}
+impl Watch for WholeTrace {}

@@ -78,12 +78,12 @@ pub struct Density {
 
 /// What was done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Densified {
+pub struct DensifyCounts {
     /// Gaussians that got a copy.
     pub cloned: usize,
     /// Gaussians that became two.
     pub split: usize,
-    /// Gaussians that went, beside those that were split.
+    /// Gaussians that went, without those that were split.
     pub pruned: usize,
     /// Whether there would have been too many: then none was cloned or split.
     pub is_capped: bool,
@@ -91,7 +91,7 @@ pub struct Densified {
 
 /// One densification. Those that stay keep their order and their moments; behind them come copies,
 /// then first children, then second ones, with moments of zero. What was seen begins anew.
-pub fn densify(model: &mut Model, observed: &mut Observed, rule: &Density) -> Densified {
+pub fn densify(model: &mut Model, observed: &mut Observed, rule: &Density) -> DensifyCounts {
     let count = model.scene.len();
     let largest = |scene: &Gaussians, i: usize| {
         scene.log_scales[i].into_iter().fold(f32::NEG_INFINITY, f32::max).exp()
@@ -128,7 +128,7 @@ pub fn densify(model: &mut Model, observed: &mut Observed, rule: &Density) -> De
     let pruned = model.scene.len() - splits.len() - kept.len();
     keep(&mut model.scene, &mut model.adam, &kept, 1.0);
     *observed = Observed::new(kept.len());
-    Densified { cloned: clones.len(), split: splits.len(), pruned, is_capped }
+    DensifyCounts { cloned: clones.len(), split: splits.len(), pruned, is_capped }
 }
 
 /// Limits opacities to 0.01 and forgets their moments.

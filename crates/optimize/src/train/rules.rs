@@ -11,8 +11,7 @@ pub const PUBLISHED_ITERATIONS: u32 = 30_000;
 const MOST_ITERATIONS: u32 = 10_000_000;
 /// Rates and thresholds are at most this.
 const MOST_RATE: f64 = 1e3;
-/// The constant coefficients of the spherical harmonics step by so many times the rate of the
-/// others.
+/// The rate of the constant coefficients of the spherical harmonics over that of the others.
 const SH_REST: f64 = 20.0;
 
 /// The rules of a training. Iterations count from 1.
@@ -43,7 +42,7 @@ pub struct TrainRules {
     pub densify_from: u32,
     /// and before this one,
     pub densify_until: u32,
-    /// every so many iterations,
+    /// each time that this number of iterations has passed,
     pub densify_every: u32,
     /// where the mean gradient by the centre in the picture is at least this: the loss by half
     /// widths of the picture.
@@ -64,8 +63,8 @@ pub struct TrainRules {
 }
 
 impl TrainRules {
-    /// The published rules for so many iterations: where they are not
-    /// [`PUBLISHED_ITERATIONS`], all intervals are in proportion, at least 1.
+    /// The published rules for this number of iterations: where it is not
+    /// [`PUBLISHED_ITERATIONS`], all intervals are scaled in proportion, to at least 1.
     pub fn published(iterations: u32) -> TrainRules {
         let share = f64::from(iterations) / f64::from(PUBLISHED_ITERATIONS);
         let scaled = |n: u32| ((f64::from(n) * share).round() as u32).max(1);

@@ -16,7 +16,7 @@ use super::super::references::References;
 use super::super::tune::Model;
 use super::super::views::{ViewOrder, extent};
 use super::TrainRules;
-use super::densify::{Densified, Density, Observed, densify, reset_opacities};
+use super::densify::{DensifyCounts, Density, Observed, densify, reset_opacities};
 
 /// Raised whenever a training would go on by other rules than it began with.
 const RULES_VERSION: u32 = 1;
@@ -94,7 +94,7 @@ pub struct TrainStep {
     /// PSNR of the view before the step, decibels.
     pub psnr_db: f64,
     /// What densification did, where it was due.
-    pub densified: Option<Densified>,
+    pub densified: Option<DensifyCounts>,
     /// Whether opacities were reset: until they recover the model shows little.
     pub is_reset: bool,
 }

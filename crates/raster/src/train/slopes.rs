@@ -21,8 +21,9 @@ pub struct Slopes<'a> {
 }
 
 impl Slopes<'_> {
-    /// The splats that the view sees, front to back, each with the gradient by its centre, 1/pixels:
-    /// K Σ s δ, as `docs/gradients.md` has it. A splat without an inverse covariance has none.
+    /// The splats that the view sees, front to back, each with the gradient by its centre,
+    /// 1/pixels: K Σ s δ, as `docs/gradients.md` has it. A splat without an inverse covariance has
+    /// zero.
     pub fn by_centre(&self) -> impl Iterator<Item = (&Splat, [f32; 2])> {
         self.splats.iter().zip(self.sums).map(|(splat, sums)| {
             let [a, b, c] = splat.conic().unwrap_or([0.0; 3]);
