@@ -1,7 +1,7 @@
 """Writes what editors and type checkers read: ``commands.pyi`` from what the program takes, and the
 docstrings of ``_powergs.pyi`` from the module, where they are written. Types are written by hand.
 
-Usage: python python/stubs.py   (with the package installed from this tree)
+Usage: python -P python/stubs.py   (with the package installed from this tree)
 """
 
 from __future__ import annotations
@@ -41,7 +41,10 @@ def documented(source: str) -> str:
         if isinstance(node, ast.ClassDef):
             for member in node.body:
                 if isinstance(member, ast.FunctionDef) and not member.name.startswith("_"):
-                    visit(member, inspect.getattr_static(thing, member.name, None), depth + 1)
+                    own = inspect.getattr_static(thing, member.name, None)
+                    # A static method has the text of ``staticmethod`` itself.
+                    own = own.__func__ if isinstance(own, staticmethod) else own
+                    visit(member, own, depth + 1)
 
     for node in ast.parse(source).body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_"):

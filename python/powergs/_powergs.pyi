@@ -218,48 +218,14 @@ class Machine:
     def from_toml(
         text: str, /, *, energy: _Path | None = None, display: _Path | None = None
     ) -> Machine:
-        """staticmethod(function) -> method
-
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        """A machine file as a text, such as that of ``to_toml``; it may name a ``base``. ``energy``
+        and ``display`` are as for ``Machine(...)``.
         """
     @staticmethod
     def from_dict(
         keys: dict[str, Any], /, *, energy: _Path | None = None, display: _Path | None = None
     ) -> Machine:
-        """staticmethod(function) -> method
-
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
-        """
+        """A machine file as a dictionary of tables: ``{"base": "gscore", "vru": {"cores": 8}}``."""
     def to_toml(self) -> str:
         """The machine file as TOML, with every key and all changes."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -330,24 +296,10 @@ class Cameras:
         """What was left out or taken on trust, one sentence each."""
     @staticmethod
     def open(path: _Path, /, *, size: _Size | None = None) -> Cameras:
-        """staticmethod(function) -> method
+        """Opens a camera file: INRIA ``cameras.json``, NeRF ``transforms.json``, or a folder of
+        COLMAP. ``size`` is for files that do not say it, pixels.
 
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError``.
         """
     @staticmethod
     def orbit(
@@ -360,24 +312,10 @@ class Cameras:
         up: Literal["x", "y", "z", "-x", "-y", "-z"] = "-y",
         size: _Size | None = None,
     ) -> Cameras:
-        """staticmethod(function) -> method
+        """Views on a circle around a scene, evenly spaced.
 
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        ``elevation`` (20) and the vertical ``fov`` (50) are degrees; ``radius`` is world units, by
+        default such that the scene fills the picture; ``up`` is an axis such as ``"-y"``.
         """
     def path(self, frames: int) -> Cameras:
         """A smooth path of so many frames through the views."""
@@ -431,24 +369,13 @@ class Scene:
         level: int | None = None,
         axes: str | None = None,
     ) -> Scene:
-        """staticmethod(function) -> method
+        """Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, glTF, SOG, streamed SOG
+        (with its ``detail``, 0 is the finest), the folder of a training run, or a foveated model
+        (its ``level``, 1 to 4; 1 by default). ``axes`` are those of the file where they are not
+        those of its format: ``"ply"`` for SPZ and glTF files with the axes of a PLY, or three
+        letters for where x, y and z point to (``"rdf"``, ``"rub"``).
 
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError``.
         """
     @staticmethod
     def from_arrays(
@@ -461,24 +388,27 @@ class Scene:
         name: str = "arrays",
         antialiased: bool = False,
     ) -> Scene:
-        """staticmethod(function) -> method
+        """A model of arrays, in the layout of ``gsplat.rasterization``.
 
-        Convert a function to be a static method.
+        Parameters
+        ----------
+        means : array of shape (N, 3)
+            Centres, world units.
+        quats : array of shape (N, 4)
+            Rotations (w, x, y, z), of any length but zero.
+        scales : array of shape (N, 3)
+            Standard deviations along the axes, world units, above 0: after ``exp``.
+        opacities : array of shape (N,)
+            0 to 1: after ``sigmoid``.
+        sh : array of shape (N, K, 3)
+            Spherical harmonics, K = 1, 4, 9 or 16.
+        name : str
+            Name of the scene.
+        antialiased : bool
+            Whether it was trained with the 2D filter of Mip-Splatting.
 
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Arrays are of NumPy or PyTorch, with any strides. Raises ``InputError`` for other shapes and
+        for values that are no numbers.
         """
     @staticmethod
     def from_gsplat(
@@ -488,24 +418,21 @@ class Scene:
         name: str = "gsplat",
         antialiased: bool = False,
     ) -> Scene:
-        """staticmethod(function) -> method
+        """The parameters of a model in training with gsplat: its ``splats``, or the ``splats`` of a
+        checkpoint of ``simple_trainer.py``.
 
-        Convert a function to be a static method.
+        Parameters
+        ----------
+        splats : dict
+            ``means`` (N, 3), ``scales`` (N, 3) before ``exp``, ``quats`` (N, 4) as w, x, y, z,
+            ``opacities`` (N,) before ``sigmoid``, ``sh0`` (N, 1, 3), and ``shN`` (N, K, 3) with
+            K = 0, 3, 8 or 15 if it is there. Other keys are left alone.
+        name : str
+            Name of the scene.
+        antialiased : bool
+            Whether it was trained with ``rasterize_mode="antialiased"``.
 
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError`` for missing keys, other shapes and values that are no numbers.
         """
     @staticmethod
     def from_points(
@@ -515,24 +442,20 @@ class Scene:
         *,
         name: str = "points",
     ) -> Scene:
-        """staticmethod(function) -> method
+        """Gaussians around points, as the published training of 3DGS begins: round, as large as the
+        root of the mean squared distance to the three nearest neighbours, of opacity 0.1 and SH
+        degree 0.
 
-        Convert a function to be a static method.
+        Parameters
+        ----------
+        positions : array of shape (N, 3)
+            Places, world units.
+        colours : array of shape (N, 3), optional
+            sRGB, 0 to 1; middle grey without.
+        name : str
+            Name of the scene.
 
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError`` for other shapes and for values that are no numbers.
         """
     def to_arrays(self) -> _Arrays:
         """The model as arrays: a dictionary with the names of ``from_arrays``, each float32 and owned
@@ -621,24 +544,11 @@ class Trace:
     """
     @staticmethod
     def open(path: _Path, /, *, memory: _Memory | None = None) -> Trace:
-        """staticmethod(function) -> method
+        """Opens a trace.
 
-        Convert a function to be a static method.
+        ``memory`` is what a frame may take, bytes or a text such as ``"2 GiB"``.
 
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError`` for a file that is damaged or no trace.
         """
     @property
     def _key(self) -> tuple[str, int, int]: ...
@@ -833,24 +743,9 @@ class SweepResult:
     """
     @staticmethod
     def open(folder: _Path, /) -> SweepResult:
-        """staticmethod(function) -> method
+        """A finished sweep in a folder: of the program, or a ``store`` that is complete.
 
-        Convert a function to be a static method.
-
-        A static method does not receive an implicit first argument.
-        To declare a static method, use this idiom:
-
-             class C:
-                 @staticmethod
-                 def f(arg1, arg2, argN):
-                     ...
-
-        It can be called either on the class (e.g. C.f()) or on an instance
-        (e.g. C().f()). Both the class and the instance are ignored, and
-        neither is passed implicitly as the first argument to the method.
-
-        Static methods in Python are similar to those found in Java or C++.
-        For a more advanced concept, see the classmethod builtin.
+        Raises ``InputError`` where there is none, or it is unfinished.
         """
     def machine(self, point: int | None = None) -> Machine:
         """The machine of a design by its number in ``point``; without one the base. Raises
@@ -1063,13 +958,20 @@ def compare(
     fps: float = 60.0,
     at_least: float | None = None,
     across_nodes: bool = False,
+    across_tasks: bool = False,
+    budget_w: float | None = None,
+    latency_ms: float | None = None,
+    where: str | None = None,
     progress: Progress = None,
 ) -> Comparison:
     """Runs the frames of one trace or of several on machines, and compares them with the first.
 
     ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
     ``at_least`` the others must have that many times the frame rate of the first. Areas and
-    energies of different technology nodes have ratios only with ``across_nodes``.
+    energies of different technology nodes have ratios only with ``across_nodes``, times and
+    energies of different tasks only with ``across_tasks``. ``budget_w``, ``latency_ms`` and
+    ``where`` (a condition such as ``"area_mm2.total <= 4"``) are what machines must meet besides
+    the display rate.
 
     Raises ``GoalMissed`` where they have not.
     """

@@ -112,7 +112,7 @@ def _stub() -> str:
     lines = [
         '"""Every command of the program ``powergs-sim`` as a function.',
         "",
-        "Written by ``python python/stubs.py`` from what the program takes.",
+        "Written by ``python -P python/stubs.py`` from what the program takes.",
         '"""',
         "",
         "import os",

@@ -1,6 +1,6 @@
 """Every command of the program ``powergs-sim`` as a function.
 
-Written by ``python python/stubs.py`` from what the program takes.
+Written by ``python -P python/stubs.py`` from what the program takes.
 """
 
 import os
@@ -71,6 +71,12 @@ def arch_show(
     set: _Word | Sequence[_Word] | Mapping[str, _Value] | None = None,
     resolved: bool = False,
     cost: bool = False,
+    figure: bool = False,
+    output: _Word | None = None,
+    force: bool = False,
+    chart_size: _Word | None = None,
+    no_title: bool = False,
+    chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
     jobs: _Word | None = None,
     memory: _Word | None = None,
     progress: bool = False,
@@ -170,12 +176,19 @@ def compare(
     all_machines: bool = False,
     set: _Word | Sequence[_Word] | Mapping[str, _Value] | None = None,
     fps: _Word | None = None,
+    latency: _Word | None = None,
     frames: _Word | None = None,
     budget: _Word | None = None,
+    where: _Word | None = None,
     across_nodes: bool = False,
+    common: bool = False,
+    across_tasks: bool = False,
     at_least: _Word | None = None,
+    table: Literal["tex", "csv", "md"] | None = None,
+    ablate: _Word | Sequence[_Word] | None = None,
     out: _Word | None = None,
     force: bool = False,
+    display: _Word | None = None,
     chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
@@ -466,6 +479,7 @@ def replay(
     energy: _Word | None = None,
     model: Literal["paper", "cycle"] | None = None,
     fps: _Word | None = None,
+    latency: _Word | None = None,
     frames: _Word | None = None,
     display: _Word | None = None,
     reference_padding: bool = False,
@@ -545,6 +559,7 @@ def sensitivity(
     keys: _Word | Sequence[_Word] | None = None,
     step: _Word | None = None,
     fps: _Word | None = None,
+    latency: _Word | None = None,
     frames: _Word | None = None,
     interactions: Literal["morris", "sobol"] | None = None,
     samples: _Word | None = None,

@@ -112,7 +112,7 @@ def test_docstrings_and_commands_are_those_of_the_module() -> None:
         ("commands.pyi", powergs.commands._stub()),
     ]:
         same = (folder / name).read_text() == wanted
-        assert same, f"{name}: write it anew with `python python/stubs.py`"
+        assert same, f"{name}: write it anew with `python -P python/stubs.py`"
 
 
 def test_the_package_hands_everything_on() -> None:
