@@ -68,11 +68,12 @@ impl Comparison {
         let decision = decision.map_err(|e| Fault::config(format!("where: {e}")))?;
         let decided = report::compare::Decided { decision: &decision, limits };
         let speedup = SpeedUp::of_comparisons(all);
-        let (charts, page, json) = match &speedup {
+        let json = report::compare::json_of(all, &decision, speedup.as_ref());
+        let (charts, page) = match &speedup {
             None => {
                 let charts = report::compare::charts(first, limits.budget_w);
                 let page = report::compare::document(first, decided, &charts, None);
-                (charts, page, report::compare::json(first))
+                (charts, page)
             }
             Some(speedup) => {
                 let of = format!("{} traces", all.len());
@@ -82,9 +83,7 @@ impl Comparison {
                 let mut charts = vec![decision, chart, breakdown];
                 charts.extend(report::compare::steps_chart(all, &speedup.traces));
                 let page = report::compare::document_of(all, decided, speedup, &charts, None);
-                let each: Vec<Json> = all.iter().map(report::compare::json).collect();
-                let speedup = report::speedup::json(speedup);
-                (charts, page, serde_json::json!({ "speedup": speedup, "traces": each }))
+                (charts, page)
             }
         };
         let sides = first.sides.len();

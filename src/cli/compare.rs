@@ -8,8 +8,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
-
 use super::chart_args::ChartArgs;
 use super::inputs::{SetArgs, TraceArgs};
 use super::invocation::Started;
@@ -204,22 +202,7 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
     if context.global.json {
-        match &speedup {
-            Some(speedup) => {
-                let each: Vec<_> = all.iter().map(compare::json).collect();
-                let speedup_json = speedup::json(speedup);
-                let decision = compare::decision_json(&all, &decision, &speedup.traces);
-                out::json(&json!({
-                    "decision": decision, "speedup": speedup_json, "traces": each,
-                }))?;
-            }
-            None => {
-                let trace = std::slice::from_ref(&comparison.sides[0].trace);
-                let mut found = compare::json(comparison);
-                found["decision"] = compare::decision_json(&all, &decision, trace);
-                out::json(&found)?;
-            }
-        }
+        out::json(&compare::json_of(&all, &decision, speedup.as_ref()))?;
     } else if let Some(format) = args.table {
         let one = std::slice::from_ref(&comparison.sides[0].trace);
         let traces = speedup.as_ref().map_or(one, |speedup| &speedup.traces);

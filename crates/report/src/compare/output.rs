@@ -12,6 +12,7 @@ use powergs_core::sim::{MODEL_VERSION, made_by};
 use powergs_study::findings::bottleneck;
 use powergs_study::findings::compare::{Better, Comparison, Decision, DecisionRow, Side};
 use powergs_study::run_record::SCHEMA_VERSION;
+use powergs_study::speedup::SpeedUp;
 
 /// The comparison as one object: sides, measures with ratios and differences to the first side,
 /// means of all statistics.
@@ -75,6 +76,24 @@ pub fn json(comparison: &Comparison) -> Json {
         "measures": measures,
         "means": statistics,
     })
+}
+
+/// What `compare --json` prints: of one trace its comparison, of several the speed-ups and the
+/// comparison of each; with both who meets what.
+pub fn json_of(all: &[Comparison], decision: &Decision, speedup: Option<&SpeedUp>) -> Json {
+    match speedup {
+        Some(speedup) => json!({
+            "decision": decision_json(all, decision, &speedup.traces),
+            "speedup": crate::speedup::json(speedup),
+            "traces": all.iter().map(json).collect::<Vec<_>>(),
+        }),
+        None => {
+            let trace = std::slice::from_ref(&all[0].sides[0].trace);
+            let mut found = json(&all[0]);
+            found["decision"] = decision_json(all, decision, trace);
+            found
+        }
+    }
 }
 
 /// Who meets what, as a list: a row a trace and machine.
