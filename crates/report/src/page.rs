@@ -223,7 +223,7 @@ fn spread(time: &Aggregate, frames: u64) -> String {
     let [mean, _, _, p99, max] = time.parts().map(|ms| significant(ms.as_f64()));
     match frames {
         1 => format!("{mean} ms"),
-        2..HUNDRED => format!("mean {mean} ms, max of {frames} {max} ms"),
+        2..HUNDRED => format!("mean {mean} ms, max of {frames}: {max} ms"),
         _ => format!("mean {mean} ms, p99 {p99} ms, max {max} ms"),
     }
 }

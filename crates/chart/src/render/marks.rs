@@ -162,7 +162,9 @@ impl<'p, 'c> Plot<'p, 'c> {
                 let ends = [interval.0, interval.1].map(|v| place(v, middle));
                 self.whiskers(ends, 0.3 * thick * slot)?;
             }
-            let (x, y) = self.at(place(from, (begin + end) / 2.0));
+            // A text on its whisker would be struck through.
+            let behind = bar.interval.map_or(from, |(_, most)| from.max(most));
+            let (x, y) = self.at(place(behind, (begin + end) / 2.0));
             let words = Words::from(bar.end.as_str());
             let wide = width(&words);
             let start = if level { (x + 10.0, y) } else { (x - wide / 2.0, y - 12.0) };

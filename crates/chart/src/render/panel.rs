@@ -211,7 +211,8 @@ fn ends_room(panel: &Panel, guess: f64) -> f64 {
         return 0.0;
     }
     let over = |bar: &Bar| {
-        let end = bar.parts.iter().map(|p| p.value).sum();
+        let end: f64 = bar.parts.iter().map(|p| p.value).sum();
+        let end = bar.interval.map_or(end, |(_, most)| end.max(most));
         let room = (1.0 - panel.x.scale.share(end)) * 0.6 * guess;
         if bar.end.is_empty() { 0.0 } else { plain_width(&bar.end) + 12.0 - room }
     };

@@ -31,7 +31,7 @@ fn terminal_summary() {
         Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), sorted chunks
         from the GSU 4 %, room in the output buffer 1 %; idle 4 %.
 
-        frame time           mean 11.0 ms, max of 24 17.8 ms
+        frame time           mean 11.0 ms, max of 24: 17.8 ms
         frame rate           90.9 FPS
         deadline             16.7 ms at 60 FPS: MISSED by 5 of 24 frames; 49.7 FPS where
                              pictures change between periods alone
