@@ -229,7 +229,7 @@ fn spread(time: &Aggregate, frames: u64) -> String {
 }
 
 /// Fewer frames have no 99th percentile: it is the slowest.
-const HUNDRED: u64 = 100;
+pub(crate) const HUNDRED: u64 = 100;
 
 /// Times, and energy per frame times rate for the two powers, which differ in rate and in what is
 /// paid between frames.

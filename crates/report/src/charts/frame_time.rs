@@ -13,8 +13,6 @@ const NAME: &str = "frame_time";
 const TITLE: &str = "Frame time";
 /// Up to this number of frames each is a bar.
 const BARS: usize = 32;
-/// Fewer frames have no 99th percentile: it is the slowest.
-const HUNDRED: usize = 100;
 
 /// Frames over the deadline.
 const LATE: Colour = Colour::ORANGE;
@@ -38,7 +36,7 @@ pub(super) fn chart(run: &Run, record: &Record) -> Option<Chart> {
     let numbers = format!(
         "mean {} ms, {} {} ms{}",
         significant(time_ms.mean),
-        if times.len() < HUNDRED { "slowest" } else { "p99" },
+        if (times.len() as u64) < crate::page::HUNDRED { "slowest" } else { "p99" },
         significant(time_ms.p99.as_f64()),
         missed.unwrap_or_default()
     );

@@ -5,7 +5,7 @@ use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
 use crate::format::{percent, rate, shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_study::findings::compare::{
-    AskedLimits, Basis, Comparison, Decision, DecisionRow, Shortfall, Side,
+    AskedLimits, Basis, Comparison, Decision, DecisionRow, Measure, Shortfall, Side,
 };
 
 /// Powers that differ by less are the same.
@@ -27,8 +27,8 @@ pub(super) fn add(
     page.table(table(all, decision, traces));
     let sides = &all[0].sides;
     let shown = sides.iter().any(|side| side.task.is_shown());
-    let asked = asked(&sides[0], limits).filter(|_| shown);
-    if let Some(asked) = asked {
+    if shown {
+        let asked = asked(&sides[0], limits);
         page.page_paragraph(Text::marked(&format!("Asked for: {asked}.")));
     }
     let gains: Vec<Text> = (1..sides.len()).filter_map(|i| gain(all, decision, i)).collect();
@@ -44,21 +44,21 @@ pub(super) fn add(
 }
 
 /// What is asked of every side, in words.
-fn asked(first: &Side, limits: &AskedLimits) -> Option<String> {
+fn asked(first: &Side, limits: &AskedLimits) -> String {
     let parts = [
         Some(format!("a frame each {} ms", significant(1e3 / first.display_fps))),
         limits.budget_w.map(|w| format!("at most {} W", significant(w))),
         limits.latency_ms.map(|ms| format!("at most {} ms from begin to end", significant(ms))),
         limits.condition.as_ref().map(|condition| format!("`{}`", condition.text())),
     ];
-    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// What a machine saves where both it and the first one meet everything.
 fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
     let (first, own) = (&all[0].sides[0], &all[0].sides[side]);
     let both_shown = first.task.is_shown() && own.task.is_shown();
-    let is_comparable = all.iter().all(|c| c.row(super::POWER).is_comparable[side]);
+    let is_comparable = all.iter().all(|c| c.row(Measure::Power).is_comparable[side]);
     if !both_shown || !is_comparable {
         return None;
     }
@@ -110,7 +110,8 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
         if tasks_differ {
             cells.push(side.task.short().into());
         }
-        cells.extend([row.fps, row.slowest_ms, row.power_w, row.area_mm2].map(Cell::from));
+        let power = power_of(row, side, is_shown);
+        cells.extend([row.fps, row.slowest_ms, power, row.area_mm2].map(Cell::from));
         if is_shown {
             cells.push(verdict(row, side).into());
         }
@@ -119,12 +120,19 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
     Table::new(columns).rows(decision.rows.iter().map(row))
 }
 
+/// Power in watts, as the head of its column says: that of steps is at no display rate, and stands
+/// beside none.
+fn power_of(row: &DecisionRow, side: &Side, is_shown: bool) -> Option<f64> {
+    row.power_w.filter(|_| side.task.is_shown() == is_shown)
+}
+
 /// Whether a machine will do, and where not, why.
 pub(super) fn verdict(row: &DecisionRow, side: &Side) -> String {
     if row.is_met() {
         return if side.task.is_shown() { "meets all" } else { "-" }.to_owned();
     }
     let short = |short: &Shortfall| match short {
+        Shortfall::NoTime => "no time".to_owned(),
         Shortfall::Rate { missed } => format!("MISSED {missed}/{}", row.frames),
         Shortfall::Budget { above } => format!("{} % OVER", percent(*above)),
         Shortfall::Latency { ms } => format!("LATE {} ms", significant(*ms)),
@@ -132,6 +140,9 @@ pub(super) fn verdict(row: &DecisionRow, side: &Side) -> String {
     };
     row.short.iter().map(short).collect::<Vec<_>>().join(", ")
 }
+
+/// What a bar shows of a machine on a trace.
+type RowValue<'a> = dyn Fn(&DecisionRow, &Side) -> Option<f64> + 'a;
 
 /// Slowest frames and powers of machines over traces, with the lines that they may not pass.
 pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Chart {
@@ -141,13 +152,13 @@ pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Cha
     let first = &sides[0];
     let (period, fps) = (1e3 / first.display_fps, rate(first.display_fps));
     let is_shown = sides.iter().any(|side| side.task.is_shown());
-    let panel = |of: &dyn Fn(&DecisionRow) -> Option<f64>, title: &str, line: Option<f64>| {
+    let panel = |of: &RowValue<'_>, title: &str, line: Option<f64>| {
         let mut bars = Vec::new();
-        let mut highest = line.unwrap_or(0.0);
+        let mut highest: f64 = line.unwrap_or(0.0);
         for trace in 0..shown {
             for (i, colour) in (0..sides.len()).zip(Colour::SERIES.iter().cycle()) {
                 let row = decision.row(trace, i);
-                let Some(value) = of(row) else { continue };
+                let Some(value) = of(row, &sides[i]) else { continue };
                 highest = highest.max(value);
                 let bar = Bar::new(trace, vec![Part::new(value, *colour)]);
                 bars.push(Bar { lane: (i, sides.len()), ..bar.end(significant(value)) });
@@ -161,12 +172,13 @@ pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Cha
             None => panel,
         }
     };
-    let time = panel(&|row| row.slowest_ms, "slowest frame, ms", Some(period).filter(|_| is_shown));
+    let time =
+        panel(&|row, _| row.slowest_ms, "slowest frame, ms", Some(period).filter(|_| is_shown));
     let watts = match is_shown {
         true => format!("power at {fps} FPS, W"),
         false => "power, W".to_owned(),
     };
-    let mut power = panel(&|row| row.power_w, &watts, limits.budget_w);
+    let mut power = panel(&|row, side| power_of(row, side, is_shown), &watts, limits.budget_w);
     power.y = power.y.hidden();
     let entries = sides.iter().zip(Colour::SERIES.iter().cycle());
     let entries = entries.map(|(side, colour)| Entry::fill(side.label.as_str(), *colour));

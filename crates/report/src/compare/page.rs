@@ -21,8 +21,6 @@ use powergs_study::validate;
 
 /// Characters of the name of a side on a terminal.
 const LABEL: usize = 14;
-/// Fewer frames have no 99th percentile: it is the slowest.
-const HUNDRED: u64 = 100;
 /// Shares of cycles below this are left to the page.
 const LEAST: f64 = 0.05;
 
@@ -290,7 +288,7 @@ fn words(measure: Measure, comparison: &Comparison) -> String {
     let time = if has_latency(comparison) { "interval" } else { "time" };
     let words = match measure {
         Measure::FrameTime => return format!("{noun} {time}, ms"),
-        Measure::FrameTimeP99 if frames < HUNDRED => {
+        Measure::FrameTimeP99 if frames < crate::page::HUNDRED => {
             return format!("{noun} {time}, max of {frames}, ms");
         }
         Measure::FrameTimeP99 => return format!("{noun} {time}, p99, ms"),

@@ -257,6 +257,9 @@ fn frames_and_steps_are_not_put_into_ratios() {
     assert!(text.contains("tasks differ (render, train all)"), "{text}");
     assert!(text.contains("frames or steps per second"), "{text}");
     assert!(!text.contains("MISSES"), "{text}");
+    // Its watts are at no display rate, and do not stand in that column.
+    let row = text.lines().find(|line| line.starts_with("trainer")).expect("a row");
+    assert_eq!(row.split_whitespace().nth(4), Some("-"), "{row}");
     let asked = Comparison::new(sides("train all"), Across { tasks: true, nodes: false });
     assert!(asked.row(Measure::Throughput).ratio(1).is_some());
     // The opposite: the same task has ratios and no note, and steps are called so.
@@ -371,6 +374,12 @@ fn who_meets_what_is_decided_by_all_that_is_asked() {
     assert_eq!(is_met, [true, false, true, false]);
     assert!(Decision::of(&all, &condition("no_such_thing < 1")).is_err());
     assert!(Decision::of(&all, &condition("frame_time_ms")).is_err());
+    // Where a model knows no time, nobody can tell whether it keeps up.
+    let paper = builder::paper();
+    let timeless = Comparison::new(vec![of(&[4.0], "a"), side(&paper)], Across::default());
+    let found = Decision::of(&[timeless], &AskedLimits::default()).expect("a decision");
+    assert_eq!(found.row(0, 1).short, [Shortfall::NoTime]);
+    assert_eq!(found.power_gain(1), None);
     // The page begins with it, and files have it.
     let speedup = SpeedUp::of_comparisons(&all).expect("two traces");
     let limits = AskedLimits::default();

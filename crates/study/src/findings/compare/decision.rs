@@ -24,6 +24,8 @@ pub enum Shortfall {
         /// How many.
         missed: u64,
     },
+    /// Its model knows no time, so that nobody can tell.
+    NoTime,
     /// It draws more than the budget.
     Budget {
         /// Watts above it, as a share of it.
@@ -128,6 +130,9 @@ fn row(
     let power_w = record.mean(Key::Power).filter(|watts| watts.is_finite());
     let latency = record.aggregate(Key::FrameLatency).map(|all| all.max.as_f64());
     let mut short = Vec::new();
+    if time.is_none() {
+        short.push(Shortfall::NoTime);
+    }
     if let Some(missed) = missed.filter(|missed| *missed > 0) {
         short.push(Shortfall::Rate { missed });
     }
