@@ -119,6 +119,9 @@ struct CheckpointArgs {
 pub fn run(args: &TrainArgs, context: &Context) -> Result<Exit, Failure> {
     // What is wrong with the arguments is said before anything is loaded.
     let rules = args.rules.rules()?;
+    if let Some(doubt) = args.rules.doubt(&rules) {
+        out::complain(wrapped(&doubt, 80));
+    }
     let target = target(&args.output)?;
     args.overwrite.check(&args.output)?;
     let is_replaced = args.overwrite.force || args.run.resume;

@@ -79,7 +79,23 @@ fn published() -> NonZeroU32 {
     NonZeroU32::new(PUBLISHED_ITERATIONS).unwrap_or(NonZeroU32::MIN)
 }
 
+/// Fewer iterations leave opacities no time between resets that are scaled with them.
+const RECOVERS: u32 = 1000;
+
 impl RuleArgs {
+    /// What is doubtful about short trainings whose intervals are scaled; `None` for others.
+    pub fn doubt(&self, rules: &TrainRules) -> Option<String> {
+        let is_short = rules.iterations < RECOVERS && self.reset_every.is_none();
+        is_short.then(|| {
+            format!(
+                "note: in {} iterations opacities are reset each {}, faster than they recover: \
+                 most Gaussians will be pruned; give --reset-every and --densify-every, or more \
+                 iterations",
+                rules.iterations, rules.reset_every
+            )
+        })
+    }
+
     /// The rules, checked.
     ///
     /// # Errors
