@@ -9,7 +9,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::chart_args::ChartArgs;
-use super::inputs::{SetArgs, TraceArgs};
+use super::inputs::{DISPLAY_FPS, SetArgs, TraceArgs};
 use super::invocation::Started;
 use super::progress::{ProgressCounts, WatchedProgress};
 use super::replay::DEFAULT_DISPLAY;
@@ -26,6 +26,7 @@ use powergs_report::{Drawing, compare, speedup};
 use powergs_study::ablation::ablations;
 use powergs_study::common::{KeptMemory, one_memory};
 use powergs_study::findings::compare::{Across, AskedLimits, Comparison, Decision, Side};
+use powergs_study::findings::limits::{Bias, Effect, left_out_by};
 use powergs_study::replay::on_each;
 use powergs_study::speedup::SpeedUp;
 use powergs_study::sweep::expr::Expr;
@@ -238,7 +239,13 @@ fn is_missing_folder(path: &Path) -> bool {
 fn goal(args: &CompareCommandArgs, comparison: &Comparison) -> Result<Exit, Failure> {
     let Some(wanted) = args.at_least else { return Ok(Exit::Done) };
     let Some(least) = comparison.least_speedup() else {
-        let what = "--at-least: one of the sides has no frame time";
+        let what = match comparison.task() {
+            Some(_) => "--at-least: one of the sides has no frame time",
+            None => {
+                "--at-least: the sides do different things, so that they have no ratio: \
+                     compare machines of one task, or take ratios --across-tasks"
+            }
+        };
         return Err(Failure::new(Exit::Usage, what));
     };
     if least >= wanted {
@@ -294,8 +301,9 @@ fn write_all(
 
 /// Finished reports.
 fn of_folders(args: &CompareCommandArgs) -> Result<Vec<Side>, Failure> {
-    if !args.changes.sets.is_empty() || args.shown.only.frames.is_some() {
-        let what = "--set, --frames: finished reports are not simulated again";
+    let has_rate = args.shown.fps != DISPLAY_FPS;
+    if !args.changes.sets.is_empty() || args.shown.only.frames.is_some() || has_rate {
+        let what = "--set, --frames, --fps: finished reports are not simulated again";
         return Err(Failure::new(Exit::Usage, what));
     }
     if args.common || !args.ablate.is_empty() {
@@ -403,6 +411,12 @@ fn ablated(system: &System, asked: &[String]) -> Result<Vec<System>, Failure> {
         let name = format!("{}-{}", system.label(), words(change));
         let name = Change::machine("name", name);
         match system.with(&[change.clone(), name]) {
+            Ok(variant) if !is_named && !is_less(&variant, system) => out::complain(format_args!(
+                "note: {} stays with its `{}`: without it the work is left out and not done \
+                 otherwise; --ablate {change} asks for it",
+                system.label(),
+                change.path
+            )),
             // A machine that does something else is no part less.
             Ok(variant) if is_named || task(&variant) == task(system) => variants.push(variant),
             Ok(_) => {}
@@ -423,6 +437,15 @@ fn ablated(system: &System, asked: &[String]) -> Result<Vec<System>, Failure> {
         return Err(Failure::new(Exit::Usage, what));
     }
     Ok(variants)
+}
+
+/// Whether a variant leaves nothing out that its machine does: what is for nothing is no other way.
+fn is_less(variant: &System, system: &System) -> bool {
+    let own = left_out_by(system.machine());
+    let is_known = |effect: &Effect| own.iter().any(|known| known.what == effect.what);
+    left_out_by(variant.machine())
+        .iter()
+        .all(|effect| effect.bias != Bias::Optimistic || is_known(effect))
 }
 
 /// What a variant is called after: `pixels.impl-all`.

@@ -36,11 +36,14 @@ pub struct MachineArgs {
     pub energy: Option<String>,
 }
 
+/// Frames per second of a display of which nothing is said.
+pub const DISPLAY_FPS: f64 = 60.0;
+
 /// What of a trace is simulated, and how often it is shown.
 #[derive(Debug, Clone, clap::Args)]
 pub struct TraceArgs {
     /// Display rate, frames per second, for power and deadlines
-    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
+    #[arg(long, value_name = "RATE", default_value_t = DISPLAY_FPS, value_parser = display_rate)]
     pub fps: f64,
     /// The longest that a frame may take from its first read to its last write: 20ms
     #[arg(long, value_name = "TIME", value_parser = time)]

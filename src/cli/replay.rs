@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::chart_args::ChartArgs;
+use super::inputs::DISPLAY_FPS;
 use super::inputs::{MachineArgs, TraceArgs};
 use super::invocation::Started;
 use super::progress::{ProgressCounts, WatchedProgress};
@@ -316,7 +317,7 @@ fn next_command(args: &ReplayArgs, task: Task, advice: Option<Advice<'_>>) -> St
     let mut shown = Vec::new();
     let mut flag = |name: &str, value: String| shown.extend([name.to_owned(), value]);
     args.shown.only.frames.iter().for_each(|frames| flag("--frames", frames.to_string()));
-    if args.shown.fps != 60.0 {
+    if args.shown.fps != DISPLAY_FPS {
         flag("--fps", args.shown.fps.to_string());
     }
     if args.display != DEFAULT_DISPLAY {

@@ -12,9 +12,9 @@ pub mod divide;
 pub mod dram;
 mod event_queue;
 pub mod ledger;
+pub mod masters;
 pub mod memo;
 pub mod memory;
-mod second_master;
 pub mod spec;
 mod stall;
 pub mod stream;
@@ -58,11 +58,10 @@ pub struct DramUse {
     pub requests_issued: u64,
     /// Requests served.
     pub requests_served: u64,
-    /// Time for which the data bus moved data, in whole cycles (rounded up), for the second master
-    /// too.
+    /// Time for which the data bus moved data, in whole cycles (rounded up), for other masters too.
     pub busy_cycles: u64,
-    /// Bytes that the second master asked for and that were served: not among the others.
-    pub second_master_bytes: u64,
+    /// Bytes that each of the other masters asked for and that were served: not among the others.
+    pub master_bytes: [u64; masters::MASTERS.len()],
     /// Commands of the device; `None` in the `bandwidth` model, which knows none.
     pub commands: Option<DramCommands>,
 }

@@ -25,8 +25,9 @@ mod exclusion;
 pub(crate) mod optional;
 mod reference;
 
+pub use crate::kernel::masters::MASTERS;
 pub use crate::kernel::spec::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, External, NO_DEVICE, Ports, SecondMasterSpec,
+    AccessOrder, BufferSpec, DramModel, DramSpec, External, MasterSpec, NO_DEVICE, Ports, Priority,
 };
 pub use exclusion::{Exclusion, KeyValues};
 pub use optional::{Optional, without_key};
@@ -396,10 +397,7 @@ impl Machine {
             self.dram.bandwidth = None;
         }
         self.device = Some(Arc::new(device));
-        match check::taken(self) {
-            Some(message) => Err(("dram.second-master.rate", message)),
-            None => Ok(()),
-        }
+        check::taken(self).or_else(|| check::beyond_pattern(self)).map_or(Ok(()), Err)
     }
 
     /// Its external memory.

@@ -39,6 +39,17 @@ pub struct AddressRange {
     pub bytes: u64,
 }
 
+/// Which of the requests that wait outside enters first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rank {
+    /// Before all others.
+    First,
+    /// In program order.
+    InTurn,
+    /// While no other could, and nothing that has entered waits for a controller.
+    Last,
+}
+
 /// A read or a write of any number of pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
@@ -50,6 +61,8 @@ pub struct Request {
     pub class: u8,
     /// The CK from which it may enter.
     pub arrival: u64,
+    /// Whether it enters before others. Requests of one rank enter in program order.
+    pub rank: Rank,
 }
 
 /// From when the latency of a read counts.

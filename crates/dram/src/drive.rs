@@ -15,7 +15,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::banked::{AddressRange, Banked, LatencyFrom, Request};
+use super::banked::{AddressRange, Banked, LatencyFrom, Rank, Request};
 use super::device::Device;
 use super::stats::Stats;
 
@@ -178,7 +178,8 @@ impl Drive {
         let ticket = (self.taken % AHEAD) as u32;
         self.waiting[ticket as usize] = Some(access);
         let arrival = (self.bytes as f64 * self.per_byte).ceil() as u64;
-        self.memory.push(Request { ticket, write: access.write, class: 0, arrival });
+        let (write, rank) = (access.write, Rank::InTurn);
+        self.memory.push(Request { ticket, write, class: 0, arrival, rank });
         self.bytes += u64::from(access.bytes);
         self.taken += 1;
     }

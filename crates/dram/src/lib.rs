@@ -16,7 +16,7 @@ mod mapping;
 pub mod stats;
 pub mod stream;
 
-pub use banked::{AddressRange, Banked, Request};
+pub use banked::{AddressRange, Banked, Rank, Request};
 pub use commands::{DramCommands, StageCommands};
 pub use device::{Device, Energy};
 pub use drive::{Drive, Mode, Run};

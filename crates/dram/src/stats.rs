@@ -1,7 +1,7 @@
 //! Activity of a memory: bytes, commands, busy buses, latencies.
 
 /// Classes of requests that statistics keep apart.
-pub const CLASSES: usize = 24;
+pub const CLASSES: usize = 26;
 
 /// Activity of a memory. Times are in CK.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -19,8 +19,8 @@ use powergs_energy::action::{Phase, StageId};
 use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
-use powergs_study::findings::compare::STARVED;
 use powergs_study::findings::cost::Cost;
+use powergs_study::findings::masters::MasterGets;
 use powergs_study::findings::what_if::{Advice, Skipped, Step, WhatIf};
 use powergs_study::findings::{Key, Record, bottleneck, limits};
 use powergs_study::run_record::{DramModels, Run, Shown as Frame};
@@ -50,8 +50,9 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         let text = format!("Colours are those of SH degree {degree}: {NO_DEGREE}.");
         page.on(Shown::Terminal, Block::Paragraph(text.into()));
     }
-    if let Some(starved) = starved(run, &record) {
-        page.paragraph(Text::strong("Note:").then(Text::marked(&starved)));
+    let masters = run.facts.machine.masters.gets(|key| record.mean(key));
+    for master in masters.iter().filter(|master| master.is_starved()) {
+        page.paragraph(Text::strong("Note:").then(Text::marked(&starved(master))));
     }
     page.add(Block::Facts(times_and_powers(run, &record)));
     page.page_heading(match run.facts.machine.task.is_shown() {
@@ -181,18 +182,14 @@ fn facts(run: &Run) -> Vec<(String, Text)> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
 }
 
-/// Whether the second master gets less than it asks for.
-fn starved(run: &Run, record: &Record) -> Option<String> {
-    let asks = run.facts.machine.second_master_gb_s?;
-    let gets = record.mean(Key::SecondMasterRate)?;
-    let (got, asked) = (significant(gets), significant(asks));
-    (gets < asks * (1.0 - STARVED)).then(|| {
-        format!(
-            " the second master is STARVED: it gets {got} of {asked} GB/s. How much it may have \
-             under way is `dram.second-master.in-flight`; with more it gets more, and frames take \
-             longer."
-        )
-    })
+/// What is said of a master that gets less than it asks for.
+fn starved(MasterGets { name, gets, asks }: &MasterGets) -> String {
+    let (got, asked) = (significant(*gets), significant(*asks));
+    format!(
+        " the {name} master is STARVED: it gets {got} of {asked} GB/s. With more requests under \
+         way (`dram.{name}-master.in-flight`), a `guaranteed` rate or `priority` = first it gets \
+         more, and frames take longer."
+    )
 }
 
 /// The degree of the scene's spherical harmonics, and where it is from.
@@ -413,13 +410,11 @@ fn dram(run: &Run, record: &Record) -> String {
     if let Some(ratio) = record.mean(Key::MovedPerRequested) {
         text += &format!(", {} bytes moved per byte asked for", significant(ratio));
     }
-    if let (Some(asked), Some(moved)) =
-        (run.facts.machine.second_master_gb_s, record.mean(Key::SecondMasterRate))
-    {
+    for MasterGets { name, gets, asks } in run.facts.machine.masters.gets(|key| record.mean(key)) {
         text += &format!(
-            "; a second master gets {} of the {} GB/s that it asks for",
-            significant(moved),
-            significant(asked)
+            "; a {name} master gets {} of the {} GB/s that it asks for",
+            significant(gets),
+            significant(asks)
         );
     }
     if let Some(bytes) = record.mean(Key::UnwrittenBytes).filter(|&bytes| bytes > 0.0) {

@@ -7,6 +7,7 @@ pub mod breakdown;
 pub mod compare;
 pub mod cost;
 pub mod limits;
+pub mod masters;
 pub mod prices;
 pub mod roofline;
 pub mod sensitivity;

@@ -4,6 +4,7 @@ mod file;
 
 pub use file::record;
 
+use crate::findings::masters::MastersAsked;
 use powergs_base::format::{counted, rate};
 use powergs_core::flow::Task;
 use powergs_core::machine::DramModel;
@@ -101,8 +102,8 @@ pub struct MachineFacts {
     /// Who states the price of a DRAM byte, where it does not follow from those of commands: a key
     /// of `references.toml` or the number of an assumption.
     pub dram_byte_price: Option<String>,
-    /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
-    pub second_master_gb_s: Option<f64>,
+    /// What other masters of the DRAM ask for.
+    pub masters: MastersAsked,
     /// The effects that its runs leave out; all of them in the `paper` model.
     pub left_out: Vec<Effect>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
@@ -138,9 +139,9 @@ impl MachineFacts {
             dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
             dram_model: Some(system.machine().dram.model),
             dram_byte_price: dram_byte_price(system),
-            second_master_gb_s: {
-                let master = &system.machine().dram.second_master;
-                master.is_on().then_some(master.rate.0 * 1e-9)
+            masters: {
+                let all = system.machine().dram.masters();
+                MastersAsked(all.map(|master| master.rate.0 * 1e-9))
             },
             left_out: limits::left_out_by(system.machine()),
             roofline: Some(Roofline::of(system)),
@@ -160,7 +161,7 @@ impl MachineFacts {
             dram_peak_gb_s: None,
             dram_model: None,
             dram_byte_price: Some("powergs".into()),
-            second_master_gb_s: None,
+            masters: MastersAsked::default(),
             left_out: limits::not_modelled(),
             roofline: None,
             sources: vec!["powergs".into()],

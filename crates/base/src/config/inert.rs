@@ -27,6 +27,22 @@ pub type List = BTreeMap<String, BTreeMap<String, Inert>>;
 pub fn inert() -> &'static List {
     static ALL: OnceLock<List> = OnceLock::new();
     ALL.get_or_init(|| {
-        toml::from_str(INERT).unwrap_or_else(|e| panic!("arch-configs/inert.toml: {e}"))
+        let mut all: List =
+            toml::from_str(INERT).unwrap_or_else(|e| panic!("arch-configs/inert.toml: {e}"));
+        all.values_mut().for_each(say_of_further_masters);
+        all
     })
+}
+
+/// What is said of the second master of a memory holds for further ones.
+fn say_of_further_masters(keys: &mut BTreeMap<String, Inert>) {
+    const SECOND: &str = "dram.second-master";
+    let second = keys.iter().filter(|(key, _)| key.starts_with(SECOND));
+    let second: Vec<_> = second.map(|(key, inert)| (key.clone(), inert.clone())).collect();
+    for further in ["dram.third-master", "dram.fourth-master"] {
+        keys.extend(second.iter().map(|(key, inert)| {
+            let lift = inert.lift.iter().map(|set| set.replace(SECOND, further)).collect();
+            (key.replace(SECOND, further), Inert { lift, ..inert.clone() })
+        }));
+    }
 }

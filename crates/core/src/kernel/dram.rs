@@ -6,8 +6,8 @@
 //! is there `latency` after its last byte left the bus; a write has left the chip when the bus is
 //! done with it. The bus counts in ticks of 1/1024 cycle and rounds every request up to whole
 //! ticks, so it never exceeds its rate; units see the first whole cycle at which a request is done.
-//! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)). A second master takes
-//! its share of the bus all the time: the rest is the rate of the accelerator.
+//! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)). Other masters take
+//! their shares of the bus all the time: the rest is the rate of the accelerator.
 
 use crate::kernel::spec::DramSpec;
 use crate::kernel::stream::{StreamId, Streams};
@@ -69,7 +69,7 @@ impl Dram {
     /// The memory of `spec` with this peak rate, seen from a clock by these streams.
     pub fn new(spec: &DramSpec, peak: BytesPerSecond, clock: Hertz, streams: &Streams) -> Self {
         let ticks_per_second = clock.0 * TICKS as f64;
-        let left = 1.0 - spec.second_master.share(peak.0);
+        let left = 1.0 - spec.share(peak.0);
         let per_byte = ticks_per_second / (peak.0 * spec.efficiency * left);
         let latency = spec.latency.0 * 1e-9 * ticks_per_second;
         let mut all = [Service::new(per_byte, latency); Streams::MOST];

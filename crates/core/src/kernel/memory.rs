@@ -7,13 +7,13 @@
 use crate::kernel::DramUse;
 use crate::kernel::calibration::{Calibration, CalibrationSample, Recording};
 use crate::kernel::dram::{Channel, Dram};
-use crate::kernel::second_master::SecondMaster;
-use crate::kernel::spec::{DramModel, External};
+use crate::kernel::masters::{self, MASTERS, Masters};
+use crate::kernel::spec::{DramModel, External, MasterSpec, Priority};
 use crate::kernel::stream::{StreamId, Streams};
 use crate::kernel::timeline::Observer;
 use crate::kernel::traffic::Traffic;
 use powergs_base::quantity::Hertz;
-use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands};
+use powergs_dram::{AddressRange, Banked, Device, DramCommands, Rank, StageCommands};
 use std::iter;
 
 /// No cycle.
@@ -99,10 +99,10 @@ pub struct Memory<'a, L: Layout> {
     streams: &'static Streams,
     traffic: Traffic,
     timer: Timer<L::Pattern>,
-    /// The second master, where its requests are timed.
-    master: Option<SecondMaster>,
-    /// The share that it takes of the `bandwidth` model, and its bytes a cycle.
-    share: (f64, f64),
+    /// Other masters, where their requests are timed.
+    masters: Option<Masters>,
+    /// What they take in the `bandwidth` model.
+    flat: FlatMasters,
     /// What device commands come with the requests of the `calibrated` model.
     calibration: Option<&'a Calibration>,
     /// The requests, for an observer that wants their times.
@@ -150,14 +150,45 @@ struct Queued<P> {
     requests: Vec<(P, u64, u32, u64)>,
     /// How many of them are under way.
     open: usize,
-    /// The request of the second master whose bytes were handed over.
-    given: Option<u32>,
 }
 
-/// Marks tickets of the second master: the other bits are the number of its request.
-const MASTERS: u32 = 1 << 31;
+/// Other masters of a memory that is a rate.
+#[derive(Debug, Clone, Copy, Default)]
+struct FlatMasters {
+    /// Share of the bus that they take before the accelerator.
+    share: f64,
+    /// Bytes a cycle that each asks for.
+    rates: [f64; MASTERS.len()],
+    /// Share of the bus that each of those takes which take what is left.
+    last: [f64; MASTERS.len()],
+}
 
-/// The class of its requests in statistics, behind those of the streams.
+impl FlatMasters {
+    fn new(external: &External<'_>) -> FlatMasters {
+        let (all, peak) = (external.spec.masters(), external.peak.0);
+        let is_last = |master: &&MasterSpec| master.priority == Priority::Last;
+        FlatMasters {
+            share: external.others_share(),
+            rates: all.map(|master| master.rate.0 / external.clock.0),
+            last: all.map(|master| if is_last(&master) { master.share(peak) } else { 0.0 }),
+        }
+    }
+
+    /// Bytes of each in a frame, and the share of the bus that those get which take what is left.
+    fn bytes(&self, frame: f64, busy: f64) -> ([u64; MASTERS.len()], f64) {
+        let mut left = (1.0 - busy / frame.max(1.0)).max(0.0);
+        let mut taken = 0.0;
+        let mut bytes = self.rates.map(|rate| (rate * frame) as u64);
+        for (bytes, last) in bytes.iter_mut().zip(self.last).filter(|(_, last)| *last > 0.0) {
+            let gets = last.min(left);
+            *bytes = (*bytes as f64 * gets / last) as u64;
+            (left, taken) = (left - gets, taken + gets);
+        }
+        (bytes, taken)
+    }
+}
+
+/// The class of requests of the first of them in statistics, behind those of the streams.
 const MASTER_CLASS: u8 = Streams::MOST as u8;
 
 /// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
@@ -206,8 +237,7 @@ impl<'a, L: Layout> Memory<'a, L> {
         let External { spec: table, peak, clock, .. } = external;
         let plain = || Dram::new(table, peak, clock, streams);
         let flat = calibration.map_or_else(plain, Calibration::dram);
-        let spec = &table.second_master;
-        let mut master = None;
+        let mut masters = None;
         let timer = match table.timed() {
             DramModel::Bandwidth | DramModel::Calibrated => {
                 Timer::Flat(Box::new(Channel::new(flat)))
@@ -215,21 +245,22 @@ impl<'a, L: Layout> Memory<'a, L> {
             DramModel::Banked => {
                 let device = external.timed_device();
                 let clocks = Clocks::new(clock, device);
-                master = SecondMaster::new(spec, layout.end(), clocks.ck_fs);
+                masters = Masters::new(table, layout.end(), clocks.ck_fs);
                 let device = Banked::new(device);
-                // The frame may end while requests of the second master are under way.
-                let device = if master.is_some() { device.in_time() } else { device };
+                // The frame may end while requests of other masters are under way.
+                let device = if masters.is_some() { device.in_time() } else { device };
                 let (ahead, requests) = (Ahead::default(), Vec::new());
-                let queued = Queued { device, ahead, requests, open: 0, given: None };
+                let queued = Queued { device, ahead, requests, open: 0 };
                 Timer::Banked(Box::new(queued), clocks)
             }
         };
-        let share = match table.timed() {
-            DramModel::Bandwidth => (external.second_master_share(), spec.rate.0 / clock.0),
-            DramModel::Calibrated | DramModel::Banked => (0.0, 0.0),
+        let flat_masters = match table.timed() {
+            DramModel::Bandwidth => FlatMasters::new(&external),
+            DramModel::Calibrated | DramModel::Banked => FlatMasters::default(),
         };
         let (traffic, samples) = (Traffic::default(), Vec::new());
-        Memory { layout, streams, traffic, timer, master, share, calibration, samples, frame: 0 }
+        let flat = flat_masters;
+        Memory { layout, streams, traffic, timer, masters, flat, calibration, samples, frame: 0 }
     }
 
     /// Where the data of the frame lies.
@@ -288,6 +319,7 @@ impl<'a, L: Layout> Memory<'a, L> {
                     write,
                     class,
                     arrival: clocks.ck_from(now),
+                    rank: Rank::InTurn,
                 });
                 Arrival(UNKNOWN | number as u64)
             }
@@ -324,36 +356,31 @@ impl<'a, L: Layout> Memory<'a, L> {
     }
 
     /// Runs the `banked` model until a request completes, at most until cycle `until`; returns the
-    /// cycle of completion and the agent of the request. The second master's requests enter as they
+    /// cycle of completion and the agent of the request. Requests of other masters enter as they
     /// arrive.
     pub fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
         let clocks = *clocks;
         let limit = clocks.ck_until(until);
         loop {
-            let arrival = self.master.as_ref().map_or(u64::MAX, SecondMaster::next_arrival);
+            let arrival = self.masters.as_ref().map_or(u64::MAX, Masters::next_arrival);
             // Without an end, only requests of the accelerator are waited for.
-            if self.master.is_some() && limit == u64::MAX && queued.open == 0 {
+            if self.masters.is_some() && limit == u64::MAX && queued.open == 0 {
                 return None;
             }
-            let (layout, master) = (&self.layout, &self.master);
-            let (requests, given) = (&mut queued.requests, &mut queued.given);
-            let ahead = &mut queued.ahead;
-            let mut pieces = |ticket: u32| match (ticket & MASTERS, master) {
-                (MASTERS, Some(master)) => {
-                    let first = *given != Some(ticket);
-                    *given = first.then_some(ticket);
-                    first.then(|| master.piece(u64::from(ticket & !MASTERS)))
-                }
+            let (layout, others) = (&self.layout, &mut self.masters);
+            let (requests, ahead) = (&mut queued.requests, &mut queued.ahead);
+            let mut pieces = |ticket: u32| match others {
+                Some(others) if masters::is_others(ticket) => others.piece(ticket),
                 _ => {
                     let (span, cursor, ..) = &mut requests[ticket as usize];
                     ahead.next(|| layout.piece(span, cursor))
                 }
             };
             let found = queued.device.advance(limit.min(arrival), &mut pieces);
-            match (found, &mut self.master) {
-                (Some((ck, ticket)), Some(master)) if ticket & MASTERS != 0 => {
-                    master.done(u64::from(ticket & !MASTERS), ck);
+            match (found, &mut self.masters) {
+                (Some((ck, ticket)), Some(others)) if masters::is_others(ticket) => {
+                    others.done(ticket, ck);
                 }
                 (Some((ck, number)), _) => {
                     queued.open -= 1;
@@ -361,24 +388,18 @@ impl<'a, L: Layout> Memory<'a, L> {
                     *done = clocks.cycle(ck);
                     return Some((*done, *owner));
                 }
-                (None, Some(master)) if arrival <= limit && arrival < u64::MAX => {
-                    let (number, request) = master.take();
-                    queued.device.push(powergs_dram::Request {
-                        ticket: MASTERS | ticket(number),
-                        write: request.write,
-                        class: MASTER_CLASS,
-                        arrival: request.arrival,
-                    });
+                (None, Some(others)) if arrival <= limit && arrival < u64::MAX => {
+                    queued.device.push(others.take(MASTER_CLASS));
                 }
                 (None, _) => return None,
             }
         }
     }
 
-    /// Ends the frame in cycle `frame`: the second master's requests up to then are counted.
+    /// Ends the frame in cycle `frame`: requests of other masters up to then are counted.
     pub fn close(&mut self, frame: u64) {
         self.frame = frame;
-        match (&mut self.timer, &mut self.master) {
+        match (&mut self.timer, &mut self.masters) {
             (Timer::Banked(..), Some(_)) => while self.advance(frame).is_some() {},
             (Timer::Flat(_), _) | (_, None) => {}
         }
@@ -421,16 +442,18 @@ impl<'a, L: Layout> Memory<'a, L> {
         let total = self.traffic.total();
         let usage = match &self.timer {
             Timer::Flat(channel) => {
-                let (share, bytes) = self.share;
+                let share = self.flat.share;
                 let (frame, busy) = (self.frame as f64, channel.busy_cycles());
                 let served = channel.served();
-                // While the accelerator's bytes move, so do those of the second master.
-                let both = (busy as f64 * (1.0 - share) + frame * share).ceil() as u64;
+                // While the accelerator's bytes move, so do those of other masters.
+                let before = busy as f64 * (1.0 - share) + frame * share;
+                let (master_bytes, last) = self.flat.bytes(frame, before);
+                let all = (before + frame * last).ceil() as u64;
                 let usage = DramUse {
                     requests_issued: served,
                     requests_served: served,
-                    busy_cycles: if share > 0.0 { both.min(self.frame) } else { busy },
-                    second_master_bytes: (bytes * frame) as u64,
+                    busy_cycles: if share + last > 0.0 { all.min(self.frame) } else { busy },
+                    master_bytes,
                     ..DramUse::default()
                 };
                 match self.calibration {
@@ -449,7 +472,7 @@ impl<'a, L: Layout> Memory<'a, L> {
                 usage
             }
         };
-        let usage = match self.master {
+        let usage = match self.masters {
             Some(_) => DramUse { busy_cycles: usage.busy_cycles.min(self.frame), ..usage },
             None => usage,
         };
@@ -459,14 +482,14 @@ impl<'a, L: Layout> Memory<'a, L> {
 
 /// The ticket of a request.
 fn ticket(number: u64) -> u32 {
-    let number = u32::try_from(number).ok().filter(|n| n & MASTERS == 0);
+    let number = u32::try_from(number).ok().filter(|n| !masters::is_others(*n));
     number.expect("fewer than 2^31 requests in a frame")
 }
 
 fn device_usage(streams: &Streams, device: &Banked, clocks: Clocks) -> DramUse {
     let (stats, burst_bytes) = (device.stats(), device.burst_bytes());
-    let master = &stats.classes[usize::from(MASTER_CLASS)];
-    let served = stats.total.requests - master.requests;
+    let others = &stats.classes[usize::from(MASTER_CLASS)..];
+    let served = stats.total.requests - others.iter().map(|class| class.requests).sum::<u64>();
     let mut stages = [StageCommands::default(); 3];
     for stream in streams.all() {
         let t = &stats.classes[stream.index()];
@@ -479,7 +502,7 @@ fn device_usage(streams: &Streams, device: &Banked, clocks: Clocks) -> DramUse {
     DramUse {
         requests_issued: served,
         requests_served: served,
-        second_master_bytes: master.requested_bytes(),
+        master_bytes: std::array::from_fn(|place| others[place].requested_bytes()),
         busy_cycles: clocks.cycle(stats.busy_max),
         commands: Some(DramCommands {
             burst_bytes,

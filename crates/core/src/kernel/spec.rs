@@ -67,10 +67,10 @@ impl DramSpec {
         self.device != NO_DEVICE
     }
 
-    /// The model that times its requests: with a second master `calibrated` is `banked`.
+    /// The model that times its requests: with other masters `calibrated` is `banked`.
     pub fn timed(&self) -> DramModel {
         match self.model {
-            DramModel::Calibrated if self.second_master.is_on() => DramModel::Banked,
+            DramModel::Calibrated if !self.is_alone() => DramModel::Banked,
             model => model,
         }
     }
@@ -106,14 +106,20 @@ pub struct DramSpec {
     pub controller_latency: Nanoseconds,
     /// Another user of the memory.
     #[serde(default)]
-    pub second_master: SecondMasterSpec,
+    pub second_master: MasterSpec,
+    /// A further one.
+    #[serde(default)]
+    pub third_master: MasterSpec,
+    /// A further one.
+    #[serde(default)]
+    pub fourth_master: MasterSpec,
 }
 
-/// The `[dram.second-master]` table: a GPU, a display or a camera that takes its part of the memory
-/// all the time.
+/// The `[dram.second-master]` table and those of further ones: a GPU, a display or a camera that
+/// takes its part of the memory all the time.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-pub struct SecondMasterSpec {
+pub struct MasterSpec {
     /// Bytes that it asks for in a second; without it, or with 0 B/s, there is none.
     pub rate: BytesPerSecond,
     /// Where its requests go.
@@ -130,23 +136,41 @@ pub struct SecondMasterSpec {
     /// ones wait outside.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
     pub in_flight: u32,
+    /// When its requests enter, of all that wait for the memory.
+    pub priority: Priority,
+    /// Bytes a second with which its requests enter before all others, whatever its priority.
+    pub guaranteed: BytesPerSecond,
 }
 
-impl Default for SecondMasterSpec {
+impl Default for MasterSpec {
     /// None; what there is where the file says only its rate (A18).
-    fn default() -> SecondMasterSpec {
-        SecondMasterSpec {
+    fn default() -> MasterSpec {
+        MasterSpec {
             rate: BytesPerSecond(0.0),
             pattern: AccessOrder::Stream,
             request: Bytes(64),
             reads: 1.0,
             efficiency: 0.9,
             in_flight: 64,
+            priority: Priority::Equal,
+            guaranteed: BytesPerSecond(0.0),
         }
     }
 }
 
-/// Where the requests of a second master go.
+/// When requests of a master enter the memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Priority {
+    /// Before those of the accelerator.
+    First,
+    /// By arrival, as they do.
+    Equal,
+    /// While the accelerator has none that wait.
+    Last,
+}
+
+/// Where the requests of a master go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AccessOrder {
@@ -154,6 +178,16 @@ pub enum AccessOrder {
     Stream,
     /// Anywhere.
     Random,
+}
+
+impl AccessOrder {
+    /// The name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            AccessOrder::Stream => "stream",
+            AccessOrder::Random => "random",
+        }
+    }
 }
 
 impl BufferSpec {
@@ -191,8 +225,8 @@ impl<'a> External<'a> {
         self.device.expect("a machine is linked to its DRAM device")
     }
 
-    /// Share of it that the second master takes in the `bandwidth` model, 0 to 1.
-    pub(crate) fn second_master_share(&self) -> f64 {
-        self.spec.second_master.share(self.peak.0)
+    /// Share of it that other masters take in the `bandwidth` model, 0 to 1.
+    pub(crate) fn others_share(&self) -> f64 {
+        self.spec.share(self.peak.0)
     }
 }

@@ -87,9 +87,9 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// Most streams of a dataflow: the counters of a device tell so many apart, and the second
-    /// master.
-    pub const MOST: usize = powergs_dram::stats::CLASSES - 1;
+    /// Most streams of a dataflow: the counters of a device tell so many apart, and other
+    /// masters.
+    pub const MOST: usize = powergs_dram::stats::CLASSES - super::masters::MASTERS.len();
 
     /// None.
     pub const NONE: Streams = {

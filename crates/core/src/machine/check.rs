@@ -1,8 +1,8 @@
 //! Consistency of the keys of a machine file: those that all machines have, then those of the
 //! dataflow.
 
-use super::{DramModel, Machine, NO_DEVICE, exclusion};
-use powergs_base::quantity::Bytes;
+use super::{DramModel, DramSpec, MASTERS, Machine, MasterSpec, NO_DEVICE, Priority, exclusion};
+use powergs_base::quantity::{Bytes, BytesPerSecond};
 
 /// The largest buffer or record that is believed: 1 GiB.
 pub const SIZE_MAX: Bytes = Bytes(1 << 30);
@@ -83,43 +83,129 @@ fn names(m: &Machine, found: &mut Found) {
     }
 }
 
-/// Share of a memory that a second master may take: the rest is left to the accelerator.
+/// Share of a memory that other masters may take: the rest is left to the accelerator.
 const SHARE_MAX: f64 = 0.95;
 
-/// Why the second master leaves too little of the memory; `None` where it does not.
-pub(super) fn taken(m: &Machine) -> Option<String> {
-    let (master, peak) = (&m.dram.second_master, m.dram_peak());
-    let share = master.share(peak.0);
-    (share > SHARE_MAX).then(|| {
-        format!(
-            "`dram.second-master.rate` = {} takes {:.0} % of the memory, {peak} of which it \
-             reaches {:.0} %: the accelerator needs at least {:.0} %; lower the rate, or raise \
-             `dram.channels`",
-            master.rate,
-            100.0 * share,
-            100.0 * master.efficiency,
-            100.0 * (1.0 - SHARE_MAX)
-        )
-    })
+/// The keys of other masters that are shown where they contradict something.
+struct MasterKeys {
+    table: &'static str,
+    rate: &'static str,
+    request: &'static str,
+    guaranteed: &'static str,
 }
 
-/// A memory is a device, or a rate; and a second master takes a part of it.
+macro_rules! master_keys {
+    ($table:literal) => {
+        MasterKeys {
+            table: $table,
+            rate: concat!($table, ".rate"),
+            request: concat!($table, ".request"),
+            guaranteed: concat!($table, ".guaranteed"),
+        }
+    };
+}
+
+/// Those of each, in the order of [`MASTERS`].
+const MASTER_KEYS: [MasterKeys; MASTERS.len()] = [
+    master_keys!("dram.second-master"),
+    master_keys!("dram.third-master"),
+    master_keys!("dram.fourth-master"),
+];
+
+/// The other masters that there are, with their keys.
+fn masters(dram: &DramSpec) -> impl Iterator<Item = (&MasterSpec, &'static MasterKeys)> {
+    dram.masters().into_iter().zip(&MASTER_KEYS).filter(|(master, _)| master.is_on())
+}
+
+/// The key and the reason where other masters leave too little of the memory.
+pub(super) fn taken(m: &Machine) -> Option<(&'static str, String)> {
+    let peak = m.dram_peak();
+    let share = m.dram.share(peak.0);
+    let before = masters(&m.dram).filter(|(master, _)| master.priority != Priority::Last);
+    let before: Vec<_> = before.collect();
+    let (_, last) = *before.last().filter(|_| share > SHARE_MAX)?;
+    let asked: Vec<_> = before
+        .iter()
+        .map(|(master, keys)| {
+            let reached = 100.0 * master.efficiency;
+            format!("`{}` = {}, at {reached:.0} % of the peak,", keys.rate, master.rate)
+        })
+        .collect();
+    let message = format!(
+        "{} {} {:.0} % of the memory, which has {peak}: the accelerator needs at least {:.0} %; \
+         lower a rate, or raise `dram.channels`",
+        asked.join(" and "),
+        if asked.len() == 1 { "takes" } else { "take" },
+        100.0 * share,
+        100.0 * (1.0 - SHARE_MAX)
+    );
+    Some((last.rate, message))
+}
+
+/// The key and the reason where a master asks for more than its pattern can have of the device,
+/// which nobody else used; or those that go first leave nothing.
+pub(super) fn beyond_pattern(m: &Machine) -> Option<(&'static str, String)> {
+    let device = m.device.as_deref().filter(|_| m.dram.timed() == DramModel::Banked)?;
+    let mut first = 0.0;
+    for (master, keys) in masters(&m.dram) {
+        let most = master.ceiling(device);
+        let has = format!(
+            "with `pattern` = {}, requests of {}, {} of them under way and `reads` = {} that is {} \
+             if nobody else asks",
+            master.pattern.name(),
+            master.request,
+            master.in_flight,
+            master.reads,
+            BytesPerSecond(1e7 * (most / 1e7).floor())
+        );
+        if master.rate.0 > most {
+            let message = format!(
+                "`{}` = {} is more than its pattern can have of this memory: {has}; lower the \
+                 rate, or raise `{}.in-flight` or its `request`",
+                keys.rate, master.rate, keys.table
+            );
+            return Some((keys.rate, message));
+        }
+        first += match master.priority {
+            Priority::First => master.rate.0,
+            Priority::Equal | Priority::Last => master.guaranteed.0,
+        } / most;
+        if first > SHARE_MAX {
+            let message = format!(
+                "what goes first takes {:.0} % of what its pattern can have of this memory: {has}; \
+                 the accelerator needs at least {:.0} %; lower `{}` or its `guaranteed`",
+                100.0 * first,
+                100.0 * (1.0 - SHARE_MAX),
+                keys.rate
+            );
+            return Some((keys.rate, message));
+        }
+    }
+    None
+}
+
+/// A memory is a device, or a rate; and other masters take a part of it.
 fn memory(m: &Machine, found: &mut Found) {
     let dram = &m.dram;
-    let master = &dram.second_master;
-    if master.is_on() && !(1e3..=1e15).contains(&master.rate.0) {
-        let message = format!(
-            "`dram.second-master.rate` = {} must be 0 B/s or from 1 kB/s to 1 PB/s",
-            master.rate
-        );
-        found.add("dram.second-master.rate", message);
+    for (master, keys) in masters(dram) {
+        if !(1e3..=1e15).contains(&master.rate.0) {
+            let (key, rate) = (keys.rate, master.rate);
+            found.add(key, format!("`{key}` = {rate} must be 0 B/s or from 1 kB/s to 1 PB/s"));
+        }
+        if master.guaranteed.0 > master.rate.0 {
+            let (key, guaranteed) = (keys.guaranteed, master.guaranteed);
+            let message = format!(
+                "`{key}` = {guaranteed} is more than it asks for, `{}` = {}: lower it",
+                keys.rate, master.rate
+            );
+            found.add(key, message);
+        }
     }
-    if !(1..=RECORD_MAX.0).contains(&master.request.0) {
-        let message = format!(
-            "`dram.second-master.request` = {} must be from 1 B to {RECORD_MAX}",
-            master.request
-        );
-        found.add("dram.second-master.request", message);
+    for (master, keys) in dram.masters().into_iter().zip(&MASTER_KEYS) {
+        if !(1..=RECORD_MAX.0).contains(&master.request.0) {
+            let (key, request) = (keys.request, master.request);
+            found.add(key, format!("`{key}` = {request} must be from 1 B to {RECORD_MAX}"));
+        }
     }
     if dram.has_device() {
         return;
@@ -133,9 +219,9 @@ fn memory(m: &Machine, found: &mut Found) {
         found.add("dram.bandwidth", message);
     }
     if rate.is_some()
-        && let Some(message) = taken(m)
+        && let Some((key, message)) = taken(m)
     {
-        found.add("dram.second-master.rate", message);
+        found.add(key, message);
     }
     if dram.model != DramModel::Bandwidth {
         let message = format!(

@@ -23,13 +23,27 @@ pub struct Optional {
 }
 
 /// Those of every dataflow.
-const COMMON: [Optional; 2] = [
+const COMMON: [Optional; 4] = [
     Optional {
         what: "a second master",
         switch: "dram.second-master.rate",
         keys: &["dram.second-master"],
         with: &["dram.second-master.rate=5 GB/s"],
-        is_there: |m| m.dram.second_master.rate.0 > 0.0,
+        is_there: |m| m.dram.second_master.is_on(),
+    },
+    Optional {
+        what: "a third master",
+        switch: "dram.third-master.rate",
+        keys: &["dram.third-master"],
+        with: &["dram.third-master.rate=5 GB/s"],
+        is_there: |m| m.dram.third_master.is_on(),
+    },
+    Optional {
+        what: "a fourth master",
+        switch: "dram.fourth-master.rate",
+        keys: &["dram.fourth-master"],
+        with: &["dram.fourth-master.rate=5 GB/s"],
+        is_there: |m| m.dram.fourth_master.is_on(),
     },
     Optional {
         what: "power gating",

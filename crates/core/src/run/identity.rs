@@ -51,10 +51,12 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         channels,
         mapping,
         controller_latency,
-        second_master,
+        second_master: _,
+        third_master: _,
+        fourth_master: _,
     } = dram;
-    if second_master.is_on() {
-        add(serde_json::to_vec(second_master));
+    for other in dram.masters().iter().enumerate().filter(|(_, master)| master.is_on()) {
+        add(serde_json::to_vec(&other));
     }
     match model {
         DramModel::Bandwidth => {

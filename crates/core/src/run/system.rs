@@ -227,7 +227,7 @@ impl System {
     /// As [`System::with`].
     pub fn calibrated(&self) -> Result<Option<System>, RunError> {
         let dram = &self.machine.dram;
-        let gains = dram.model == DramModel::Banked && !dram.second_master.is_on();
+        let gains = dram.model == DramModel::Banked && dram.is_alone();
         let model = || Change::machine("dram.model", DramModel::Calibrated.name());
         gains.then(|| self.with(&[model()])).transpose()
     }

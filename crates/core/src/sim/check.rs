@@ -104,7 +104,7 @@ pub fn timing(
             (device.peak_gb_s() * 1e9, bursts * commands.burst_bytes)
         }
         _ => {
-            let left = 1.0 - machine.memory().second_master_share();
+            let left = 1.0 - machine.memory().others_share();
             let rate = machine.dram_peak().0 * machine.dram.efficiency * left;
             (rate, dram.read_bytes + dram.write_bytes)
         }

@@ -136,7 +136,7 @@ impl Then for DramUse {
             requests_issued,
             requests_served,
             busy_cycles,
-            second_master_bytes,
+            master_bytes,
             commands,
         } = next;
         self.read_bytes += read_bytes;
@@ -144,7 +144,7 @@ impl Then for DramUse {
         self.requests_issued += requests_issued;
         self.requests_served += requests_served;
         self.busy_cycles += busy_cycles;
-        self.second_master_bytes += second_master_bytes;
+        self.master_bytes.iter_mut().zip(master_bytes).for_each(|(a, b)| *a += b);
         if let Some((all, commands)) = self.commands.as_mut().zip(commands) {
             all.stages.iter_mut().zip(commands.stages).for_each(|(a, b)| a.add(b));
             all.precharges += commands.precharges;

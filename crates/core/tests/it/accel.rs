@@ -14,9 +14,7 @@ use powergs_core::kernel::buffer::{BufferAllocator, usage};
 use powergs_core::kernel::divide::Divisor;
 use powergs_core::kernel::dram::{Channel, Dram, TICKS};
 use powergs_core::machine::Machine;
-use powergs_core::machine::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, Ports, SecondMasterSpec,
-};
+use powergs_core::machine::{BufferSpec, DramModel, DramSpec, MasterSpec, Ports};
 use powergs_core::stage::{DRAM_READ, DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, StoragePrefix, TileWork};
 use powergs_dram::device::Order;
@@ -357,14 +355,9 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         channels: 8,
         mapping: Order::RoBaCoCh,
         controller_latency: Nanoseconds(40.0),
-        second_master: SecondMasterSpec {
-            rate: BytesPerSecond(0.0),
-            pattern: AccessOrder::Stream,
-            request: Bytes(64),
-            reads: 1.0,
-            efficiency: 0.9,
-            in_flight: 64,
-        },
+        second_master: MasterSpec::default(),
+        third_master: MasterSpec::default(),
+        fourth_master: MasterSpec::default(),
     };
     Dram::new(&spec, BytesPerSecond(bandwidth), Hertz(clock), &STREAMS)
 }

@@ -63,6 +63,8 @@ const ROWS: &[Row] = &[
     row(TILE, "rules of one's own", ON, &[("on", "the built-in rules by that way, and laws")]),
     row(TILE, "dram.model", MODELS, &[]),
     row(TILE, "dram.second-master", ON, &[]),
+    row(TILE, "dram.second-master.priority", &["first", "equal", "last"], &[]),
+    row(TILE, "dram.fourth-master", ON, &[]),
     row(RESIDENT, "region.cut", &["box", "rows", "exact"], &[]),
     row(RESIDENT, "region.slices above 1", ON, &[]),
     row(RESIDENT, "compose.through, with slices", &["dram", "stores"], &[]),
@@ -121,6 +123,9 @@ fn tile_wise(machine: &Machine) -> Vec<Chosen> {
         ("stereo.impl", word(m.stereo.implementation)),
         ("pixels.impl", word(m.pixels.source)),
     ];
+    if machine.dram.second_master.is_on() {
+        chosen.push(("dram.second-master.priority", word(machine.dram.second_master.priority)));
+    }
     if m.training.interval > 0 {
         let key = "training.interval above 0, gradients.behind";
         chosen.push((key, m.gradients.behind.to_string()));
@@ -131,6 +136,7 @@ fn tile_wise(machine: &Machine) -> Vec<Chosen> {
         ("codebook", m.codebook.entries > 0),
         ("ccu.clusters", m.ccu.clusters > 0),
         ("levels", m.levels.is_there()),
+        ("dram.fourth-master", machine.dram.fourth_master.is_on()),
     ]));
     chosen.extend(memory(machine));
     chosen

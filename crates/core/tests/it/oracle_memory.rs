@@ -1,13 +1,13 @@
 //! The memory of the oracles: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a
 //! device that is asked in every cycle what is done.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 
 use powergs_core::kernel::dram::{Dram, TICKS};
 use powergs_core::kernel::memory::Layout;
 use powergs_core::kernel::stream::{StreamId, Streams};
-use powergs_core::machine::{DramModel, Machine, SecondMasterSpec};
-use powergs_dram::{self, AddressRange, Banked};
+use powergs_core::machine::{DramModel, Machine, MasterSpec, Priority};
+use powergs_dram::{self, AddressRange, Banked, Rank};
 
 /// A request, to ask for later.
 pub type Ticket = usize;
@@ -22,24 +22,31 @@ struct Queued {
 /// Another user of the device, from its rules in words: requests of one size at equal distances in
 /// time; one that finds too many others under way waits for the oldest.
 struct Master {
-    spec: SecondMasterSpec,
+    spec: MasterSpec,
     base: u64,
     ck_fs: u64,
+    /// Share of its rate and of its requests under way, and how these queue.
+    share: f64,
+    rank: Rank,
+    /// First of its tickets.
+    tickets: u32,
+    class: u8,
     /// Of each request so far, when it was done, CK.
     done: Vec<Option<u64>>,
-    /// How many requests have said where they are.
-    placed: usize,
+    /// Requests that have said where they are.
+    placed: HashSet<usize>,
 }
 
-/// Bytes of the region of the second master.
+/// Bytes of the region of each.
 const REGION: u64 = 1 << 26;
 
 impl Master {
     /// The CK in which its next request arrives; `None` while that is not known.
     fn arrival(&self) -> Option<u64> {
-        let period = (self.spec.request.0 as f64 / self.spec.rate.0 * 1e15).round() as u128;
+        let rate = self.spec.rate.0 * self.share;
+        let period = (self.spec.request.0 as f64 / rate * 1e15).round() as u128;
         let due = self.done.len() as u128 * period.max(1) / u128::from(self.ck_fs);
-        let most = self.spec.in_flight as usize;
+        let most = (f64::from(self.spec.in_flight) * self.share).round().max(1.0) as usize;
         let due = u64::try_from(due).expect("a short frame");
         match self.done.len().checked_sub(most) {
             None => Some(due),
@@ -61,12 +68,13 @@ impl Master {
     }
 }
 
-/// Tickets of the second master begin here.
+/// Tickets of the first of them begin here, and those of each further one so much later.
 const MASTER: u32 = 1 << 31;
+const MASTERS_APART: u32 = 1 << 28;
 
 enum Kind<P> {
     Bus(Box<Dram>, VecDeque<Queued>),
-    Banked(Box<Banked>, Vec<(P, u64)>, Option<Master>),
+    Banked(Box<Banked>, Vec<(P, u64)>, Vec<Master>),
 }
 
 pub struct Memory<L: Layout> {
@@ -86,23 +94,42 @@ impl<L: Layout> Memory<L> {
     pub fn new(layout: L, streams: &'static Streams, machine: &Machine, flat: Dram) -> Self {
         let device = || machine.device.as_ref().expect("linked");
         let fs = |ns: f64| (ns * 1e6).round() as u64;
-        // With a second master `calibrated` is `banked`.
-        let is_alone = !machine.dram.second_master.is_on();
+        // With other masters `calibrated` is `banked`.
+        let others = machine.dram.masters();
+        let is_alone = !others.iter().any(|master| master.rate.0 > 0.0);
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(Box::new(flat), VecDeque::new()),
             DramModel::Calibrated if is_alone => Kind::Bus(Box::new(flat), VecDeque::new()),
             DramModel::Banked | DramModel::Calibrated => {
-                let spec = machine.dram.second_master.clone();
-                let master = spec.is_on().then(|| Master {
-                    spec,
-                    base: layout.end().next_multiple_of(REGION),
-                    ck_fs: fs(device().clock_period.0),
-                    done: Vec::new(),
-                    placed: 0,
-                });
+                let first = layout.end().next_multiple_of(REGION);
+                let mut masters = Vec::new();
+                for (k, spec) in others.iter().enumerate().filter(|(_, spec)| spec.rate.0 > 0.0) {
+                    let own = match spec.priority {
+                        Priority::First => Rank::First,
+                        Priority::Equal => Rank::InTurn,
+                        Priority::Last => Rank::Last,
+                    };
+                    let before = spec.guaranteed.0 / spec.rate.0;
+                    // What is guaranteed is a master of its own, behind all others in memory.
+                    for (n, share, rank) in [(k, 1.0 - before, own), (k + 3, before, Rank::First)] {
+                        if share > 0.0 {
+                            masters.push(Master {
+                                spec: (*spec).clone(),
+                                base: first + n as u64 * REGION,
+                                ck_fs: fs(device().clock_period.0),
+                                share,
+                                rank,
+                                tickets: MASTER + n as u32 * MASTERS_APART,
+                                class: 23 + k as u8,
+                                done: Vec::new(),
+                                placed: HashSet::new(),
+                            });
+                        }
+                    }
+                }
                 let device = Banked::new(device());
-                let device = if master.is_some() { device.in_time() } else { device };
-                Kind::Banked(Box::new(device), Vec::new(), master)
+                let device = if is_alone { device } else { device.in_time() };
+                Kind::Banked(Box::new(device), Vec::new(), masters)
             }
         };
         Self {
@@ -166,6 +193,7 @@ impl<L: Layout> Memory<L> {
                     write: !is_read,
                     class: stream.index() as u8,
                     arrival,
+                    rank: Rank::InTurn,
                 });
             }
         }
@@ -180,39 +208,49 @@ impl<L: Layout> Memory<L> {
     pub fn tick(&mut self, now: u64) {
         let (cycle, ck) = self.clocks;
         match &mut self.kind {
-            Kind::Banked(device, spans, master) => {
+            Kind::Banked(device, spans, masters) => {
                 let layout = &self.layout;
                 let until = (now + 1) * cycle / ck;
                 loop {
-                    let arrival = master.as_ref().and_then(Master::arrival);
-                    let mut pieces = |ticket: u32| match (ticket & MASTER, &mut *master) {
-                        (MASTER, Some(master)) => {
-                            let n = (ticket & !MASTER) as usize;
-                            let is_first = n == master.placed;
-                            master.placed += usize::from(is_first);
-                            is_first.then(|| master.piece(n))
-                        }
-                        _ => {
-                            let (span, cursor) = &mut spans[ticket as usize];
-                            layout.piece(span, cursor)
-                        }
+                    // The first of those that ask earliest.
+                    let asking =
+                        (0..masters.len()).filter_map(|k| Some((masters[k].arrival()?, k)));
+                    let next = asking.min();
+                    let of = |masters: &[Master], ticket: u32| {
+                        let k = masters
+                            .iter()
+                            .position(|m| ticket.wrapping_sub(m.tickets) < MASTERS_APART);
+                        let k = k.expect("a master");
+                        (k, (ticket - masters[k].tickets) as usize)
                     };
-                    let limit = until.min(arrival.unwrap_or(u64::MAX));
-                    match (device.advance(limit, &mut pieces), &mut *master) {
-                        (Some((end, ticket)), Some(master)) if ticket & MASTER != 0 => {
-                            master.done[(ticket & !MASTER) as usize] = Some(end);
+                    let mut pieces = |ticket: u32| {
+                        if ticket < MASTER {
+                            let (span, cursor) = &mut spans[ticket as usize];
+                            return layout.piece(span, cursor);
+                        }
+                        let (k, n) = of(masters, ticket);
+                        let is_first = masters[k].placed.insert(n);
+                        is_first.then(|| masters[k].piece(n))
+                    };
+                    let limit = next.map_or(until, |(arrival, _)| until.min(arrival));
+                    match (device.advance(limit, &mut pieces), next) {
+                        (Some((end, ticket)), _) if ticket >= MASTER => {
+                            let (k, n) = of(masters, ticket);
+                            masters[k].done[n] = Some(end);
                         }
                         (Some((end, ticket)), _) => {
                             let done = (end * ck).div_ceil(cycle).max(now + 1);
                             self.done[ticket as usize] = Some(done * TICKS);
                         }
-                        (None, Some(master)) if arrival.is_some_and(|ck| ck <= until) => {
-                            let n = master.done.len();
+                        (None, Some((arrival, k))) if arrival <= until => {
+                            let n = masters[k].done.len();
+                            let master = &mut masters[k];
                             device.push(powergs_dram::Request {
-                                ticket: MASTER | n as u32,
+                                ticket: master.tickets + n as u32,
                                 write: master.writes(n),
-                                class: 15,
-                                arrival: arrival.expect("it is known"),
+                                class: master.class,
+                                arrival,
+                                rank: master.rank,
                             });
                             master.done.push(None);
                         }

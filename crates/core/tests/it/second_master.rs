@@ -43,7 +43,7 @@ fn without_a_rate_there_is_none() {
     for model in MODELS {
         let off = ["dram.second-master.pattern=random", "dram.second-master.request=12 B"];
         assert_eq!(replayed(model, &off), replayed(model, &[]), "{model}");
-        assert_eq!(replayed(model, &[]).timing().expect("timed").dram.second_master_bytes, 0);
+        assert_eq!(replayed(model, &[]).timing().expect("timed").dram.master_bytes[0], 0);
     }
 }
 
@@ -91,7 +91,7 @@ fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
         let dram = &shared.timing().expect("timed").dram;
         assert_eq!(dram.read_bytes, shared.actions.total(DRAM_READ));
         let seconds = shared.frame_time_s().expect("timed");
-        let rate = dram.second_master_bytes as f64 / seconds;
+        let rate = dram.master_bytes[0] as f64 / seconds;
         assert!((rate / 4e9 - 1.0).abs() < 0.02, "{model}: {rate}");
         let busy = |r: &FrameReport| r.timing().expect("timed").dram_busy_frac();
         assert!(busy(&shared) > busy(&alone), "{model}: {} {}", busy(&alone), busy(&shared));
@@ -118,10 +118,10 @@ fn the_models_agree_roughly() {
 fn a_shallow_queue_holds_it_back() {
     let with = |n: u32| {
         let n = format!("dram.second-master.in-flight={n}");
-        replayed("banked", &["dram.second-master.rate=10 GB/s", &n])
+        replayed("banked", &["dram.second-master.rate=800 MB/s", &n])
     };
-    let (shallow, deep) = (with(1), with(64));
-    let bytes = |r: &FrameReport| r.timing().expect("timed").dram.second_master_bytes as f64;
+    let (shallow, deep) = (with(1), with(16));
+    let bytes = |r: &FrameReport| r.timing().expect("timed").dram.master_bytes[0] as f64;
     let rate = |r: &FrameReport| bytes(r) / r.frame_time_s().expect("timed");
     assert!(rate(&shallow) < 0.5 * rate(&deep), "{} {}", rate(&shallow), rate(&deep));
     assert!(cycles(&shallow) < cycles(&deep));
@@ -159,4 +159,67 @@ fn a_master_that_only_reads_does_not_keep_writes_waiting() {
     };
     let (limited, free) = (end("4 us"), end("0 ns"));
     assert!(limited + 5000 < free, "{limited} with a limit, {free} without");
+}
+
+/// Who is served first gets what it asks for, and the others less; who waits for all takes nothing
+/// from the accelerator.
+#[test]
+fn priorities_decide_who_waits() {
+    for model in ["bandwidth", "banked"] {
+        let alone = cycles(&replayed(model, &[]));
+        let with = |sets: &[&str]| {
+            let all = [&["dram.second-master.rate=6 GB/s", DEEP][..], sets].concat();
+            let report = replayed(model, &all);
+            let bytes = report.timing().expect("timed").dram.master_bytes[0] as f64;
+            (bytes / report.frame_time_s().expect("timed") * 1e-9, cycles(&report) / alone)
+        };
+        let [first, equal, last] = ["first", "equal", "last"]
+            .map(|priority| with(&[&format!("dram.second-master.priority={priority}")]));
+        assert!((5.9..=6.01).contains(&first.0), "{model}: {first:?}");
+        assert!(last.1 < 1.05 && last.0 < 0.2 * first.0, "{model}: {first:?} {last:?}");
+        assert!(first.1 >= equal.1 && equal.1 > last.1, "{model}: {first:?} {equal:?} {last:?}");
+        let held =
+            with(&["dram.second-master.priority=last", "dram.second-master.guaranteed=4 GB/s"]);
+        if model == "banked" {
+            assert!(held.0 > 3.95 && held.0 < 5.0, "{model}: {held:?}");
+        }
+    }
+}
+
+/// Two masters of half the rate each are as one, within what rows and places decide.
+#[test]
+fn several_masters_add_up() {
+    for model in MODELS {
+        let one = replayed(model, &["dram.second-master.rate=4 GB/s", DEEP]);
+        let halves = ["second", "fourth"].map(|name| format!("dram.{name}-master.rate=2 GB/s"));
+        let deep = ["second", "fourth"].map(|name| format!("dram.{name}-master.in-flight=4096"));
+        let two = replayed(model, &[&halves[0], &halves[1], &deep[0], &deep[1]]);
+        let bytes = two.timing().expect("timed").dram.master_bytes;
+        assert_eq!(bytes[1], 0, "{model}");
+        let shares = bytes.map(|bytes| bytes as f64 / two.frame_time_s().expect("timed") * 1e-9);
+        assert!((shares[0] - 2.0).abs() < 0.1 && (shares[2] - 2.0).abs() < 0.1, "{shares:?}");
+        // Two streams open more rows than one.
+        assert!((cycles(&two) / cycles(&one) - 1.0).abs() < 0.1, "{model}");
+    }
+}
+
+/// Nobody is given more than its pattern can have: with two requests under way there is a latency
+/// for every two.
+#[test]
+fn a_rate_beyond_the_pattern_is_refused() {
+    let sets = |rate: &str| {
+        ["dram.model=banked", "dram.second-master.pattern=random", "dram.second-master.in-flight=2"]
+            .map(str::to_owned)
+            .into_iter()
+            .chain([format!("dram.second-master.rate={rate}")])
+            .collect::<Vec<_>>()
+    };
+    let refused = system(&sets("9 GB/s")).err().expect("two requests carry less");
+    for part in ["`dram.second-master.rate` = 9 GB/s", "2 of them under way", "in-flight"] {
+        assert!(refused.contains(part), "{refused}");
+    }
+    assert!(system(&sets("500 MB/s")).is_ok());
+    let more = "dram.second-master.guaranteed=2 GB/s".to_owned();
+    let more: Vec<String> = sets("500 MB/s").into_iter().chain([more]).collect();
+    assert!(system(&more).err().expect("more than it asks for").contains("guaranteed"));
 }

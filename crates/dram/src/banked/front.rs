@@ -4,8 +4,9 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
 use super::channel::BankedChannel;
+use super::plan::bits;
 use super::rules::Rules;
-use super::{AddressRange, LatencyFrom, Request};
+use super::{AddressRange, LatencyFrom, Rank, Request};
 use crate::device::Device;
 use crate::mapping::Decoder;
 use crate::stats::{CLASSES, Latency, Stats, Traffic};
@@ -50,24 +51,41 @@ struct Slot {
     complete: bool,
 }
 
+/// Requests of one rank.
+#[derive(Debug, Clone, Default)]
+struct Lane {
+    /// In program order, those of which not all bursts have entered.
+    order: VecDeque<u32>,
+    /// Next burst of the current piece of the first, and its end.
+    cursor: (u64, u64),
+    /// Whether the first has no more pieces.
+    ended: bool,
+}
+
+/// Ranks, as lanes.
+const LANES: usize = 3;
+
+/// Bursts that may go before others that wait: then these have their turn, so that a twentieth of
+/// what enters is left to them.
+const PASSES: u64 = 19;
+
 /// The front end.
 #[derive(Debug, Clone)]
 pub(super) struct Front {
     decoder: Decoder,
     /// The CK in which the front end can do something.
     pub due: u64,
-    /// Requests in program order, of which not all bursts have entered.
-    order: VecDeque<u32>,
+    /// Requests that wait or are entering, by rank; and which lanes have some, one bit each.
+    lanes: [Lane; LANES],
+    waiting: u64,
+    /// Bursts that went first since others had their turn.
+    passed: u64,
     slots: Vec<Slot>,
     free: Vec<u32>,
-    /// Next burst of the current piece, and its end.
-    cursor: (u64, u64),
     /// When the bursts in the window were accepted ([`NEVER`]: not yet), and their channels, by
     /// number modulo the length.
     accepted: Vec<u64>,
     channels: Vec<u8>,
-    /// Whether the front request has no more pieces.
-    ended: bool,
     /// Whether channels run ahead of each other: see [`Front::is_full`].
     pub runs_ahead: bool,
     /// Most bursts between the oldest that no controller has accepted and the next, exclusive.
@@ -97,13 +115,13 @@ impl Front {
         Front {
             decoder: Decoder::new(device),
             due: NEVER,
-            order: VecDeque::new(),
+            lanes: Default::default(),
+            waiting: 0,
+            passed: 0,
             slots: Vec::new(),
             free: Vec::new(),
-            cursor: (0, 0),
             accepted: vec![NEVER; window.next_power_of_two() as usize],
             channels: vec![0; window.next_power_of_two() as usize],
-            ended: false,
             runs_ahead: false,
             window,
             next: 0,
@@ -145,10 +163,12 @@ impl Front {
             }
         };
         // Requests enter in program order: behind another one its own arrival decides nothing.
-        if self.order.is_empty() {
+        let lane = &mut self.lanes[request.rank as usize];
+        if lane.order.is_empty() {
             self.due = self.due.min(request.arrival.max(floor));
         }
-        self.order.push_back(index);
+        lane.order.push_back(index);
+        self.waiting |= 1 << request.rank as u64;
         self.working += 1;
     }
 
@@ -169,32 +189,32 @@ impl Front {
         F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
         let mut sent = 0;
-        while let Some(&index) = self.order.front() {
-            let slot = &mut self.slots[index as usize];
-            if slot.arrival > now {
-                self.due = self.due.min(slot.arrival);
-                return sent;
-            }
-            if self.cursor.0 == self.cursor.1 {
-                let next = if self.ended { None } else { pieces(slot.ticket) };
+        while let Some((rank, index)) = self.turn(now) {
+            let lane = &mut self.lanes[rank];
+            if lane.cursor.0 == lane.cursor.1 {
+                let slot = &self.slots[index as usize];
+                let next = if lane.ended { None } else { pieces(slot.ticket) };
                 let Some(span) = next else {
-                    self.ended = self.runs_ahead && self.order.len() == 1;
-                    if self.ended {
+                    lane.ended = self.runs_ahead && lane.order.len() == 1;
+                    if lane.ended {
                         // What is pushed before this CK comes enters in it too.
                         self.due = now;
                         return sent;
                     }
-                    self.order.pop_front();
+                    lane.order.pop_front();
+                    self.waiting &= !(u64::from(lane.order.is_empty()) << rank);
                     self.all_entered(index, now);
                     continue;
                 };
-                self.begin(index, span);
+                self.begin(rank, index, span);
                 continue;
             }
             let room = self.window - (self.next - self.oldest);
-            if room == 0 {
+            // Who waits for all others does so at the controllers too: what has entered is not passed.
+            if room == 0 || (rank == Rank::Last as usize && !self.is_empty()) {
                 return sent;
             }
+            let slot = &mut self.slots[index as usize];
             if slot.entered == NEVER {
                 if !slot.write {
                     if self.reads_in_flight >= self.reads_max {
@@ -204,14 +224,36 @@ impl Front {
                 }
                 slot.entered = now;
             }
-            sent |= self.send(index, room, now, channels);
+            sent |= self.send(rank, index, room, now, channels);
         }
         sent
     }
 
+    /// The request whose turn it is, and its rank; `None` if none has arrived.
+    #[inline]
+    fn turn(&mut self, now: u64) -> Option<(usize, u32)> {
+        for rank in bits(self.waiting) {
+            let index = *self.lanes[rank].order.front()?;
+            let arrival = self.slots[index as usize].arrival;
+            if arrival > now {
+                self.due = self.due.min(arrival);
+            } else if rank != Rank::First as usize || !self.is_held_up(now) {
+                return Some((rank, index));
+            }
+        }
+        None
+    }
+
+    /// Whether requests that go first have passed others that wait for long enough.
+    fn is_held_up(&self, now: u64) -> bool {
+        let next = self.lanes[Rank::InTurn as usize].order.front();
+        let waits = next.is_some_and(|index| self.slots[*index as usize].arrival <= now);
+        waits && self.passed >= PASSES
+    }
+
     /// Cuts a piece into bursts.
     #[inline]
-    fn begin(&mut self, index: u32, span: AddressRange) {
+    fn begin(&mut self, rank: usize, index: u32, span: AddressRange) {
         let Slot { write, class, .. } = self.slots[index as usize];
         let bytes = span.bytes;
         let traffic = &mut self.classes[usize::from(class)];
@@ -220,20 +262,28 @@ impl Front {
             let shift = self.decoder.shift;
             let first = span.address >> shift;
             let last = span.address.saturating_add(bytes - 1) >> shift;
-            self.cursor = (first, last + 1);
+            self.lanes[rank].cursor = (first, last + 1);
         }
     }
 
     /// Sends the next bursts of the current piece to their channels, at most `room`; returns the
     /// channels that had none, one bit each.
     #[inline]
-    fn send(&mut self, index: u32, room: u64, now: u64, channels: &mut [BankedChannel]) -> u64 {
+    fn send(
+        &mut self,
+        rank: usize,
+        index: u32,
+        room: u64,
+        now: u64,
+        channels: &mut [BankedChannel],
+    ) -> u64 {
         let slot = &mut self.slots[index as usize];
         let Slot { write, class, .. } = *slot;
-        let (first, end) = self.cursor;
+        let (first, end) = self.lanes[rank].cursor;
         let bursts = room.min(end - first);
         slot.left += bursts as u32;
-        self.cursor.0 = first + bursts;
+        self.lanes[rank].cursor.0 = first + bursts;
+        self.passed = if rank == Rank::First as usize { self.passed + bursts } else { 0 };
         self.classes[usize::from(class)].bursts += bursts;
         let mut sent = 0;
         for position in first..first + bursts {
@@ -265,7 +315,7 @@ impl Front {
             while self.oldest < self.next && self.is_accepted(self.oldest) {
                 self.leave_window();
             }
-            if !self.order.is_empty() {
+            if self.waiting != 0 {
                 self.due = self.due.min(now + 1);
             }
         }
@@ -297,7 +347,7 @@ impl Front {
         let window = self.next - self.oldest == self.window;
         // With a limit of reads a completion lets the next one enter, and completions are not known
         // ahead.
-        window && self.reads_max == u64::MAX && !self.order.is_empty() && self.due == NEVER
+        window && self.reads_max == u64::MAX && self.waiting != 0 && self.due == NEVER
     }
 
     /// Runs the channels as far as bursts in a full window wait for them, until nothing more is
@@ -417,7 +467,7 @@ impl Front {
             return Some((time, ticket));
         }
         // A read that the limit held back may enter in the next CK.
-        if self.reads_in_flight >= self.reads_max && !self.order.is_empty() {
+        if self.reads_in_flight >= self.reads_max && self.waiting != 0 {
             self.due = self.due.min(time + 1);
         }
         self.reads_in_flight -= 1;

@@ -1,7 +1,7 @@
 //! The `banked` level gives the same results however it is asked, and goes on giving those of the
 //! version that looked at every bank of every channel for each command.
 
-use powergs_dram::banked::{AddressRange, Banked, Request};
+use powergs_dram::banked::{AddressRange, Banked, Rank, Request};
 use powergs_dram::{Device, Stats};
 
 use super::device;
@@ -88,7 +88,13 @@ impl Load {
             while pushed < self.requests.len().min(done.len() + self.ahead) {
                 let arrival = now + r.below(self.gap + 1);
                 let (ticket, write) = (pushed as u32, self.requests[pushed].1);
-                memory.push(Request { ticket, write, class: (pushed % 4) as u8, arrival });
+                memory.push(Request {
+                    ticket,
+                    write,
+                    class: (pushed % 4) as u8,
+                    arrival,
+                    rank: Rank::InTurn,
+                });
                 pushed += 1;
             }
             match memory.advance(until, &mut pieces) {

@@ -1,6 +1,6 @@
 //! Laws of the memory: causality, order, bounds in closed form.
 
-use powergs_dram::banked::{AddressRange, Banked, Request};
+use powergs_dram::banked::{AddressRange, Banked, Rank, Request};
 use powergs_dram::drive::{Access, banked};
 use powergs_dram::stream::run_stream;
 use powergs_dram::{Device, Mode};
@@ -13,7 +13,7 @@ fn completions(device: &Device, requests: &[(u64, Access)], step: u64) -> Vec<(u
     let mut memory = Banked::new(device);
     for (ticket, (arrival, access)) in requests.iter().enumerate() {
         let (ticket, arrival) = (ticket as u32, *arrival);
-        memory.push(Request { ticket, write: access.write, class: 1, arrival });
+        memory.push(Request { ticket, write: access.write, class: 1, arrival, rank: Rank::InTurn });
     }
     let mut left: Vec<Option<Access>> = requests.iter().map(|r| Some(r.1)).collect();
     let mut pieces = |ticket: u32| {
@@ -73,7 +73,8 @@ fn a_request_pushed_when_another_completed_enters_after_it() {
         address += 64;
         (address % 128 == 64).then_some(AddressRange { address, bytes: 64 })
     };
-    let read = |ticket, arrival| Request { ticket, write: false, class: 0, arrival };
+    let read =
+        |ticket, arrival| Request { ticket, write: false, class: 0, arrival, rank: Rank::InTurn };
     memory.push(read(0, 0));
     let (first, _) = memory.advance(u64::MAX, &mut pieces).expect("a read");
     memory.push(read(1, 0));
@@ -89,7 +90,13 @@ fn requests_without_pieces_complete_at_their_arrival() {
     let device = device("lpddr4-3200-x16x8", &[]);
     let mut memory = Banked::new(&device);
     for ticket in [3, 1, 2] {
-        memory.push(Request { ticket, write: ticket == 2, class: 3, arrival: 50 });
+        memory.push(Request {
+            ticket,
+            write: ticket == 2,
+            class: 3,
+            arrival: 50,
+            rank: Rank::InTurn,
+        });
     }
     let mut none = |_: u32| None;
     assert_eq!(memory.advance(49, &mut none), None);

@@ -2,11 +2,12 @@
 
 use super::page::Decided;
 use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
-use crate::format::{percent, rate, shortened, significant};
+use crate::format::{rate, shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_study::findings::compare::{
     AskedLimits, Basis, Comparison, Decision, DecisionRow, Measure, Shortfall, Side,
 };
+use powergs_study::findings::masters::MasterGets;
 
 /// Powers that differ by less are the same.
 const SAME: f64 = 0.005;
@@ -27,16 +28,15 @@ pub(super) fn add(
     page.table(table(all, decision, traces));
     let sides = &all[0].sides;
     let shown = sides.iter().any(|side| side.task.is_shown());
-    if shown {
-        let asked = asked(&sides[0], limits);
-        page.page_paragraph(Text::marked(&format!("Asked for: {asked}.")));
+    if shown || decision.has_limits {
+        page.paragraph(Text::marked(&format!("Asked for: {}.", asked(sides, limits))));
     }
     let gains: Vec<Text> = (1..sides.len()).filter_map(|i| gain(all, decision, i)).collect();
     let first = &sides[0];
     let meets = (0..decision.traces()).any(|trace| decision.row(trace, 0).is_met());
     if !meets && first.task.is_shown() {
         page.paragraph(format!(
-            "{} meets what is asked for on no trace: no power is held against its.",
+            "{} meets what is asked for on no trace, so no power is compared with it.",
             first.label
         ));
     }
@@ -44,9 +44,14 @@ pub(super) fn add(
 }
 
 /// What is asked of every side, in words.
-fn asked(first: &Side, limits: &AskedLimits) -> String {
+fn asked(sides: &[Side], limits: &AskedLimits) -> String {
+    let shown = sides.iter().find(|side| side.task.is_shown());
+    let each = shown.map(|first| match one_rate(sides) {
+        true => format!("a frame each {} ms", significant(1e3 / first.display_fps)),
+        false => "a frame each period of its own display".to_owned(),
+    });
     let parts = [
-        Some(format!("a frame each {} ms", significant(1e3 / first.display_fps))),
+        each,
         limits.budget_w.map(|w| format!("at most {} W", significant(w))),
         limits.latency_ms.map(|ms| format!("at most {} ms from begin to end", significant(ms))),
         limits.condition.as_ref().map(|condition| format!("`{}`", condition.text())),
@@ -54,12 +59,33 @@ fn asked(first: &Side, limits: &AskedLimits) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
+/// Whether all that is shown is shown at one rate.
+fn one_rate(sides: &[Side]) -> bool {
+    let mut shown = sides.iter().filter(|side| side.task.is_shown()).map(|side| side.display_fps);
+    let first = shown.next();
+    shown.all(|fps| Some(fps) == first)
+}
+
+/// What the column of powers is of: where a machine misses the display rate, of what it reaches.
+fn power_head(all: &[Comparison]) -> String {
+    let sides = &all[0].sides;
+    let Some(first) = sides.iter().find(|side| side.task.is_shown()) else { return "W".into() };
+    let mut every = all.iter().flat_map(|comparison| &comparison.sides);
+    let misses = every.any(|side| side.task.is_shown() && !side.reaches_display());
+    match (one_rate(sides), misses) {
+        (true, false) => format!("W at {} FPS", rate(first.display_fps)),
+        (true, true) => format!("W at ≤ {} FPS", rate(first.display_fps)),
+        (false, _) => "W at own rate".into(),
+    }
+}
+
 /// What a machine saves where both it and the first one meet everything.
 fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
     let (first, own) = (&all[0].sides[0], &all[0].sides[side]);
     let both_shown = first.task.is_shown() && own.task.is_shown();
-    let is_comparable = all.iter().all(|c| c.row(Measure::Power).is_comparable[side]);
-    if !both_shown || !is_comparable {
+    // Of one node and scope: rates are looked at trace by trace.
+    let is_comparable = all.iter().all(|c| c.row(Measure::Energy).is_comparable[side]);
+    if !both_shown || !is_comparable || first.display_fps != own.display_fps {
         return None;
     }
     let of = decision.traces();
@@ -80,14 +106,19 @@ fn gain(all: &[Comparison], decision: &Decision, side: usize) -> Option<Text> {
 
 /// Who meets what: a row a trace and machine.
 pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Table {
-    let first = &all[0].sides[0];
     let tasks_differ = all[0].task().is_none();
     let is_shown = all[0].sides.iter().any(|side| side.task.is_shown());
+    let has_verdict = is_shown || decision.has_limits;
     let per_second = all[0].task().map_or("per second", |task| task.per_second());
-    let power = match is_shown {
-        true => format!("W at {} FPS", rate(first.display_fps)),
-        false => "W".to_owned(),
+    let power = power_head(all);
+    // Frames that overlap are there later than the next one begins.
+    let is_late = |row: &DecisionRow| {
+        row.latency_ms
+            .zip(row.slowest_ms)
+            .is_some_and(|(latency, slowest)| latency > 1.001 * slowest)
     };
+    let is_late = decision.rows.iter().any(is_late);
+    let slowest = if is_late { "slowest interval, ms" } else { "slowest, ms" };
     let mut columns = Vec::new();
     if traces.len() > 1 {
         columns.push(Column::text("trace").at_most(LABEL));
@@ -96,10 +127,15 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
     if tasks_differ {
         columns.push(Column::text("task"));
     }
-    columns.extend([per_second, "slowest, ms", &power, "die, mm²"].map(Column::real));
-    if is_shown {
+    columns.extend([per_second, slowest].map(Column::real));
+    if is_late {
+        columns.push(Column::real("latency, ms"));
+    }
+    columns.push(Column::real(&power));
+    if has_verdict {
         columns.push(Column::text("verdict"));
     }
+    columns.push(Column::real("die, mm²"));
     let row = |row: &DecisionRow| {
         let side = &all[row.trace].sides[row.side];
         let mut cells: Vec<Cell> = Vec::new();
@@ -110,11 +146,15 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
         if tasks_differ {
             cells.push(side.task.short().into());
         }
-        let power = power_of(row, side, is_shown);
-        cells.extend([row.fps, row.slowest_ms, power, row.area_mm2].map(Cell::from));
-        if is_shown {
-            cells.push(verdict(row, side).into());
+        cells.extend([row.fps, row.slowest_ms].map(Cell::from));
+        if is_late {
+            cells.push(row.latency_ms.into());
         }
+        cells.push(power_of(row, side, is_shown).into());
+        if has_verdict {
+            cells.push(verdict(row, side, decision.has_limits).unwrap_or("-".into()).into());
+        }
+        cells.push(row.area_mm2.into());
         cells
     };
     Table::new(columns).rows(decision.rows.iter().map(row))
@@ -126,19 +166,24 @@ fn power_of(row: &DecisionRow, side: &Side, is_shown: bool) -> Option<f64> {
     row.power_w.filter(|_| side.task.is_shown() == is_shown)
 }
 
-/// Whether a machine will do, and where not, why.
-pub(super) fn verdict(row: &DecisionRow, side: &Side) -> String {
+/// Whether a machine will do, and where not, why; `None` where nothing is asked of it.
+pub(super) fn verdict(row: &DecisionRow, side: &Side, has_limits: bool) -> Option<String> {
     if row.is_met() {
-        return if side.task.is_shown() { "meets all" } else { "-" }.to_owned();
+        return (side.task.is_shown() || has_limits).then(|| "meets all".to_owned());
     }
     let short = |short: &Shortfall| match short {
         Shortfall::NoTime => "no time".to_owned(),
         Shortfall::Rate { missed } => format!("MISSED {missed}/{}", row.frames),
-        Shortfall::Budget { above } => format!("{} % OVER", percent(*above)),
+        Shortfall::Budget { watts, budget } => {
+            format!("OVER {} > {} W", significant(*watts), significant(*budget))
+        }
         Shortfall::Latency { ms } => format!("LATE {} ms", significant(*ms)),
         Shortfall::Condition => "NOT --where".to_owned(),
+        Shortfall::Starved(MasterGets { gets, asks, .. }) => {
+            format!("STARVES {} of {} GB/s", significant(*gets), significant(*asks))
+        }
     };
-    row.short.iter().map(short).collect::<Vec<_>>().join(", ")
+    Some(row.short.iter().map(short).collect::<Vec<_>>().join(", "))
 }
 
 /// What a bar shows of a machine on a trace.
@@ -150,7 +195,7 @@ pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Cha
     let sides = &all[0].sides[..all[0].sides.len().min(MOST[0])];
     let shown = traces.len().min((MOST[1] / sides.len()).max(1));
     let first = &sides[0];
-    let (period, fps) = (1e3 / first.display_fps, rate(first.display_fps));
+    let period = 1e3 / first.display_fps;
     let is_shown = sides.iter().any(|side| side.task.is_shown());
     let panel = |of: &RowValue<'_>, title: &str, line: Option<f64>| {
         let mut bars = Vec::new();
@@ -172,17 +217,18 @@ pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Cha
             None => panel,
         }
     };
-    let time =
-        panel(&|row, _| row.slowest_ms, "slowest frame, ms", Some(period).filter(|_| is_shown));
-    let watts = match is_shown {
-        true => format!("power at {fps} FPS, W"),
-        false => "power, W".to_owned(),
-    };
+    let time = panel(
+        &|row, _| row.slowest_ms,
+        "slowest frame, ms",
+        Some(period).filter(|_| is_shown && one_rate(sides)),
+    );
+    let watts = power_head(all).replacen('W', "power, W", 1);
     let mut power = panel(&|row, side| power_of(row, side, is_shown), &watts, limits.budget_w);
     power.y = power.y.hidden();
     let entries = sides.iter().zip(Colour::SERIES.iter().cycle());
     let entries = entries.map(|(side, colour)| Entry::fill(side.label.as_str(), *colour));
-    let line = is_shown.then(|| Entry::note(format!("left line: {} ms", significant(period))));
+    let line = (is_shown && one_rate(sides))
+        .then(|| Entry::note(format!("left line: {} ms", significant(period))));
     let budget = limits.budget_w.map(|w| Entry::note(format!("right line: {} W", significant(w))));
     let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
     let counted = first.shown.counted(frames);
@@ -233,11 +279,12 @@ pub(super) fn basis_facts(comparison: &Comparison, rows: &[BasisRow]) -> Vec<(St
 const fn words(part: Basis) -> &'static str {
     match part {
         Basis::Task => "task",
+        Basis::Step => "numbers of a step",
         Basis::Memory => "memory",
         Basis::MemoryModel => "model of the memory",
         Basis::MemoryPrice => "price of the memory",
         Basis::Phy => "PHY of the memory",
-        Basis::SecondMaster => "second master",
+        Basis::Masters => "other masters",
         Basis::Node => "node",
         Basis::PriceClock => "clock of the prices",
         Basis::AreaScope => "area is of",

@@ -106,21 +106,34 @@ pub fn decision_json(all: &[Comparison], decision: &Decision, traces: &[String])
             "task": side.task.name(),
             "fps": row.fps,
             "slowest_ms": row.slowest_ms,
+            "latency_ms": row.latency_ms,
             "missed": row.missed,
             "frames": row.frames,
             "power_w": row.power_w,
             "area_mm2": row.area_mm2,
             "is_met": row.is_met(),
-            "verdict": super::decision::verdict(row, side),
+            "verdict": super::decision::verdict(row, side, decision.has_limits),
+            "node_nm": side.node_nm,
+            "power_scope": side.power_scope,
         })
     };
     Json::Array(decision.rows.iter().map(row).collect())
 }
 
+/// Frames or steps a second at which its power is drawn: the display rate or what is reached of it.
+fn at_fps(row: &DecisionRow, side: &Side) -> Option<f64> {
+    if !side.task.is_shown() {
+        return row.fps;
+    }
+    row.fps.map(|_| side.statistics.displayed_fps())
+}
+
 /// `decision.csv`: the same.
 pub fn decision_csv(all: &[Comparison], decision: &Decision, traces: &[String]) -> Vec<u8> {
-    let mut table =
-        Table::record("trace machine task fps slowest_ms missed frames power_w area_mm2 verdict");
+    let mut table = Table::record(
+        "trace machine task fps slowest_ms latency_ms missed frames power_w power_at_fps area_mm2 \
+         node_nm power_scope is_met verdict",
+    );
     for row in &decision.rows {
         let side = &all[row.trace].sides[row.side];
         table.row([
@@ -129,11 +142,16 @@ pub fn decision_csv(all: &[Comparison], decision: &Decision, traces: &[String]) 
             side.task.name().into(),
             row.fps.into(),
             row.slowest_ms.into(),
+            row.latency_ms.into(),
             row.missed.map(|n| n as f64).into(),
             Cell::from(Some(row.frames as f64)),
             row.power_w.into(),
+            at_fps(row, side).into(),
             row.area_mm2.into(),
-            super::decision::verdict(row, side).into(),
+            side.node_nm.into(),
+            side.power_scope.as_str().into(),
+            row.is_met().to_string().into(),
+            super::decision::verdict(row, side, decision.has_limits).unwrap_or_default().into(),
         ]);
     }
     table.csv()
@@ -164,20 +182,19 @@ fn csv_head(comparison: &Comparison, names: &[&str]) -> Table {
 }
 
 fn csv_rows(table: &mut Table, comparison: &Comparison, first: &[Cell]) {
-    let mut row = |kind: &str, name: &str, values: &[Option<f64>]| {
-        let ratio = |v: &Option<f64>| {
-            values[0].filter(|a| *a != 0.0).and_then(|a| Some((*v)? / a)).filter(|r| r.is_finite())
+    let n = comparison.sides.len();
+    let mut row =
+        |kind: &str, name: &str, values: &[Option<f64>], ratio: &dyn Fn(usize) -> Option<f64>| {
+            let numbers = values.iter().copied().chain((1..n).map(ratio)).map(Cell::from);
+            let names = first.iter().cloned().chain([kind.into(), name.into()]);
+            table.row(names.chain(numbers));
         };
-        let ratios = values[1..].iter().map(ratio);
-        let numbers = values.iter().copied().chain(ratios).map(Cell::from);
-        let names = first.iter().cloned().chain([kind.into(), name.into()]);
-        table.row(names.chain(numbers));
-    };
     for m in &comparison.rows {
-        row("measure", m.measure.name(), &m.values);
+        row("measure", m.measure.name(), &m.values, &|i| m.ratio(i));
     }
     for i in shown_of(comparison) {
-        row("mean", &catalogue()[i].name, &means(comparison, i));
+        let name = &catalogue()[i].name;
+        row("mean", name, &means(comparison, i), &|i| comparison.ratio_of(name, i));
     }
 }
 

@@ -1,11 +1,13 @@
 //! The comparison for people.
 
+use powergs_study::findings::masters::MasterGets;
 use std::collections::BTreeSet;
 
 use super::decision;
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use crate::format::{percent, rate, significant};
 use powergs_base::TOOL_VERSION;
+use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::config::knob;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
@@ -138,6 +140,7 @@ fn steps(page: &mut Document, comparison: &Comparison) {
 fn payments(page: &mut Document, comparison: &Comparison) {
     let sides = &comparison.sides;
     let done = comparison.done_by_some();
+    page.on(Shown::Terminal, Block::List(alone(comparison)));
     if !done.is_empty() {
         page.page_heading("Who does what");
         let noun = comparison.task().map_or("frame or step", |task| task.noun());
@@ -172,16 +175,54 @@ fn payments(page: &mut Document, comparison: &Comparison) {
     }
 }
 
-/// What each machine that comes with the program misses most of its published numbers.
+/// What each side does, or leaves out, that no other one does: in a line each.
+fn alone(comparison: &Comparison) -> Vec<Text> {
+    const MOST: usize = 5;
+    let some = |words: Vec<&str>| match words.len() {
+        n if n > MOST => format!("{} and {} more", words[..MOST].join(", "), n - MOST),
+        _ => words.join(", "),
+    };
+    let (done, left_out) = (comparison.done_by_some(), comparison.left_out_by_some());
+    let of = |(i, side): (usize, &Side)| {
+        let only = |mine: bool, others: usize| mine && others == 1;
+        let works =
+            done.iter().filter(|(_, n)| only(n[i] > 0.0, n.iter().filter(|n| **n > 0.0).count()));
+        let works: Vec<&str> = works.map(|(key, _)| *key).collect();
+        let free =
+            left_out.iter().filter(|(_, by)| only(by[i], by.iter().filter(|by| **by).count()));
+        let free: Vec<&str> = free.map(|(effect, _)| effect.assumption).collect();
+        let works = (!works.is_empty()).then(|| format!("does alone: {}", some(works)));
+        let free = (!free.is_empty()).then(|| format!("has for nothing alone: {}", some(free)));
+        let all: Vec<String> = works.into_iter().chain(free).collect();
+        (!all.is_empty())
+            .then(|| Text::strong(side.label.clone()).then(format!(" {}", all.join("; "))))
+    };
+    comparison.sides.iter().enumerate().filter_map(of).collect()
+}
+
+/// What each machine that comes with the program misses most of its published numbers; and whose
+/// numbers nothing is held against, which is no better.
 fn gaps(page: &mut Document, sides: &[Side]) {
+    let mut seen = BTreeSet::new();
     let gap = |side: &Side| {
-        let judged = validate::headline(&side.machine)?;
-        let text = format!(": {}", crate::validate::headline(&judged));
-        Some(Text::strong(side.machine.clone()).then(Text::marked(&text)))
+        find(MACHINES, &side.machine).filter(|_| seen.insert(side.machine.clone()))?;
+        let held = validate::rows_of(&side.machine);
+        let variant = held.variant_headline();
+        let text = match (held.headline(), variant) {
+            (Some(missed), _) => crate::validate::headline(missed),
+            (None, Some(variant)) => {
+                format!("with `{}`, {}", variant.row.machine, crate::validate::headline(variant))
+            }
+            (None, None) if held.is_measured() => {
+                "no published number of its frames is missed".into()
+            }
+            (None, None) => "no published number of its frames is held against it".into(),
+        };
+        Some(Text::strong(side.machine.clone()).then(Text::marked(&format!(": {text}"))))
     };
     let gaps: Vec<Text> = sides.iter().filter_map(gap).collect();
     if !gaps.is_empty() {
-        page.heading("Published numbers that are missed most");
+        page.heading("Against published numbers: what is missed most");
         page.add(Block::List(gaps));
     }
 }
@@ -284,6 +325,7 @@ fn has_latency(comparison: &Comparison) -> bool {
 fn words(measure: Measure, comparison: &Comparison) -> String {
     let rate = crate::format::rate(comparison.sides[0].display_fps);
     let noun = comparison.task().map_or("frame or step", |task| task.noun());
+    let nouns = noun.replace(" or ", "s or ") + "s";
     let frames = comparison.sides.iter().map(|side| side.frames).max().unwrap_or(0);
     let time = if has_latency(comparison) { "interval" } else { "time" };
     let words = match measure {
@@ -294,10 +336,15 @@ fn words(measure: Measure, comparison: &Comparison) -> String {
         Measure::FrameTimeP99 => return format!("{noun} {time}, p99, ms"),
         Measure::Latency => return format!("{noun} latency, ms"),
         Measure::Throughput => {
-            return format!("{} per second", noun.replace(" or ", "s or ") + "s");
+            return format!("{nouns} per second");
         }
         Measure::Energy => return format!("energy per {noun}, mJ"),
         Measure::Displayed => return format!("FPS shown, of {rate}"),
+        Measure::Power
+            if !comparison.sides.iter().all(|s| s.reaches_display() || !s.task.is_shown()) =>
+        {
+            return format!("power at {rate} FPS or what is reached, W");
+        }
         Measure::Power => return format!("power at {rate} FPS, W"),
         Measure::PowerFullRate => "power at full rate, W",
         Measure::DramBytes => return format!("DRAM, MB per {noun}"),
@@ -305,8 +352,8 @@ fn words(measure: Measure, comparison: &Comparison) -> String {
         Measure::Area => "area of the die, mm²",
         Measure::AreaCore => "of it the core (papers), mm²",
         Measure::Node => "node, nm",
-        Measure::FpsPerWatt => return format!("{noun}s per J"),
-        Measure::FpsPerArea => return format!("{noun}s per second and mm² of die"),
+        Measure::FpsPerWatt => return format!("{nouns} per J"),
+        Measure::FpsPerArea => return format!("{nouns} per second and mm² of die"),
     };
     words.to_owned()
 }
@@ -356,9 +403,9 @@ pub fn note(note: &Note) -> String {
             };
             differ("scopes of power", scopes, String::clone, so)
         }
-        Note::Starved { label, gets, asks } => format!(
-            "the second master of {label} is STARVED: it gets {} of {} GB/s \
-             (`dram.second-master.in-flight`)",
+        Note::Starved { label, master: MasterGets { name, gets, asks } } => format!(
+            "the {name} master of {label} is STARVED: it gets {} of {} GB/s \
+             (`dram.{name}-master.in-flight`, `.priority`)",
             significant(*gets),
             significant(*asks)
         ),
@@ -381,6 +428,12 @@ pub fn note(note: &Note) -> String {
         Note::SchemaVersions(v) => {
             differ("schema versions", v, i64::to_string, "some names have changed their meaning")
         }
+        Note::Memories(v) => differ(
+            "memories",
+            v,
+            |peak| format!("{} GB/s", significant(*peak)),
+            "a part of each ratio is theirs; --common gives all machines that of the first",
+        ),
         Note::DramModels(v) => {
             differ("DRAM models", v, String::clone, "times of DRAM are counted differently")
         }

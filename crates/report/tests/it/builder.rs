@@ -21,6 +21,7 @@ use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_scene::ShDegree;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::limits::not_modelled;
+use powergs_study::findings::masters::MastersAsked;
 use powergs_study::findings::roofline::Roofline;
 use powergs_study::findings::what_if::{Skipped, Step};
 use powergs_study::findings::{Picture, TileLoad, WhatIf};
@@ -261,7 +262,7 @@ fn timing(cycles: u64) -> FrameTiming {
             requests_issued: cycles / 700,
             requests_served: cycles / 700,
             busy_cycles: cycles / 3,
-            second_master_bytes: 0,
+            master_bytes: [0; 3],
             commands: Some(commands(cycles / 10)),
         },
         buffers: buffers(cycles),
@@ -348,7 +349,7 @@ pub fn facts(frames: usize) -> Facts {
             dram_peak_gb_s: Some(51.2),
             dram_model: None,
             dram_byte_price: Some("powergs".into()),
-            second_master_gb_s: None,
+            masters: MastersAsked::default(),
             left_out: not_modelled(),
             roofline: Some(roofline()),
             sources: vec!["A5".into(), "gscore".into()],
@@ -432,7 +433,7 @@ pub fn paper() -> Run {
         dram_peak_gb_s: None,
         dram_model: None,
         dram_byte_price: Some("powergs".into()),
-        second_master_gb_s: None,
+        masters: MastersAsked::default(),
         left_out: not_modelled(),
         roofline: None,
         sources: Vec::new(),

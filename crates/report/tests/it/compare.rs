@@ -430,7 +430,7 @@ fn a_starved_second_master_is_said() {
         for frame in &mut run.frames {
             let powergs_core::sim::ModelReport::Cycle(cycle) = &mut frame.model else { continue };
             let seconds = cycle.timing.frame as f64 / cycle.clock.0;
-            cycle.timing.dram.second_master_bytes = (gets * 1e9 * seconds) as u64;
+            cycle.timing.dram.master_bytes[0] = (gets * 1e9 * seconds) as u64;
         }
         side(&run)
     };

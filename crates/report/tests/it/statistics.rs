@@ -77,7 +77,7 @@ fn keys_are_in_the_catalogue() {
         Key::DramBusy,
         Key::DramRate,
         Key::UnwrittenBytes,
-        Key::SecondMasterRate,
+        Key::MasterRate(0),
         Key::MovedPerRequested,
         Key::RowHits,
     ];

@@ -10,6 +10,7 @@ pub use decision::{AskedLimits, Decision, DecisionRow, Shortfall};
 pub use folder::{RESULTS_FIRST, SideError};
 pub use side::{OffClock, Side};
 
+use crate::findings::masters::MasterGets;
 use powergs_core::flow::Task;
 use powergs_core::sim::statistics::Key;
 use powergs_core::stage::{Does, hardware};
@@ -112,6 +113,11 @@ impl Measure {
     /// Whether it is an area, or by area.
     pub const fn is_of_an_area(self) -> bool {
         matches!(self, Measure::Area | Measure::AreaCore | Measure::FpsPerArea)
+    }
+
+    /// Whether it says as much of the rate at which pictures are shown as of who makes them.
+    pub const fn is_of_a_rate(self) -> bool {
+        matches!(self, Measure::Displayed | Measure::Power)
     }
 
     /// Whether it says as much of what is done as of who does it.
@@ -245,14 +251,12 @@ pub enum Note {
         /// Whether ratios across them were asked for.
         across: bool,
     },
-    /// The second master of a side gets less than it asks for.
+    /// Another master of the memory of a side gets less than it asks for.
     Starved {
         /// Label of the side.
         label: String,
-        /// 10⁹ bytes per second that it gets.
-        gets: f64,
-        /// 10⁹ bytes per second that it asks for.
-        asks: f64,
+        /// What it gets.
+        master: MasterGets,
     },
     /// What powers and energies are of.
     Scopes {
@@ -273,6 +277,8 @@ pub enum Note {
     Versions(Vec<(String, i64)>),
     /// Versions of the names.
     SchemaVersions(Vec<i64>),
+    /// Peak rates of the memories, 10⁹ bytes per second.
+    Memories(Vec<f64>),
     /// Models of the DRAM.
     DramModels(Vec<String>),
     /// What the prices of the DRAM rest on: assumptions and references.
@@ -347,11 +353,16 @@ impl Comparison {
             let is_of_node = across.nodes || (is_of_scope && same_node);
             let is_of_chip = side.is_block == sides[0].is_block;
             let is_of_task = across.tasks || side.task == sides[0].task;
+            // Watts at other rates are watts for other pictures.
+            let at_rate =
+                |side: &Side| side.reaches_display() && side.display_fps == sides[0].display_fps;
+            let is_of_rate = at_rate(&sides[0]) && at_rate(side);
             // A node is a name, not an amount.
             measure != Measure::Node
                 && (is_of_node || !measure.is_of_a_node())
                 && (is_of_task || !measure.is_of_a_task())
                 && (is_of_chip || !measure.is_of_an_area())
+                && (is_of_rate || !measure.is_of_a_rate())
         };
         let row = |measure: Measure| ComparedMeasure {
             measure,
@@ -360,6 +371,22 @@ impl Comparison {
         };
         let (rows, notes) = (Measure::ALL.map(row).to_vec(), notes(&sides, across));
         Comparison { sides, rows, notes, across }
+    }
+
+    /// The mean of a statistic of side `i` over that of the first side; `None` as
+    /// [`ComparedMeasure::ratio`], by what the statistic is of.
+    pub fn ratio_of(&self, name: &str, i: usize) -> Option<f64> {
+        let is_of = |part: &str| name.split('.').next().is_some_and(|first| first.contains(part));
+        let like = match () {
+            () if is_of("area_mm2") => Measure::Area,
+            () if is_of("power") || name.ends_with("_w") => Measure::Power,
+            () if is_of("energy") => Measure::Energy,
+            () => Measure::Throughput,
+        };
+        let mean = |side: &Side| Some(side.statistics.named(name)?.mean);
+        let (first, other) = mean(&self.sides[0]).zip(mean(&self.sides[i]))?;
+        let ratio = Some(other / first).filter(|_| self.row(like).is_comparable[i]);
+        ratio.filter(|ratio| ratio.is_finite())
     }
 
     /// Labels of the sides for charts: with their nodes, where these differ.
@@ -438,9 +465,6 @@ impl Comparison {
     }
 }
 
-/// A second master that gets less than it asks for by more than this share is starved.
-pub const STARVED: f64 = 0.02;
-
 /// What else differs between the sides.
 fn notes(sides: &[Side], across: Across) -> Vec<Note> {
     fn differing<T: PartialEq>(
@@ -457,12 +481,20 @@ fn notes(sides: &[Side], across: Across) -> Vec<Note> {
         differing(sides, |s| s.shown.counted(s.frames), Note::FrameCounts),
         differing(sides, |s| s.model.clone(), Note::Models),
     ];
+    let peaks: Option<Vec<f64>> = sides.iter().map(|s| s.dram_peak_gb_s).collect();
+    let peaks = peaks.filter(|peaks| peaks.iter().any(|peak| *peak != peaks[0]));
+    notes.push(peaks.map(Note::Memories));
     let scopes = |scopes| Note::Scopes { scopes, across: across.nodes };
     notes.push(differing(sides, |s| s.power_scope.clone(), scopes));
     let nodes: Option<Vec<f64>> = sides.iter().map(|s| s.node_nm).collect();
-    match nodes.filter(|nodes| nodes.iter().any(|node| *node != nodes[0])) {
-        Some(nodes) => notes.push(Some(Note::Nodes { nodes, across: across.nodes })),
-        None => notes.push(differing(sides, |s| s.energy_table.clone(), Note::EnergyTables)),
+    if let Some(nodes) = nodes.filter(|nodes| nodes.iter().any(|node| *node != nodes[0])) {
+        notes.push(Some(Note::Nodes { nodes, across: across.nodes }));
+    }
+    // Tables of two nodes differ anyway; two of one node are two people's prices.
+    let is_of_another =
+        |a: &Side, b: &Side| a.node_nm == b.node_nm && a.energy_table != b.energy_table;
+    if sides.iter().any(|a| sides.iter().any(|b| is_of_another(a, b))) {
+        notes.push(differing(sides, |s| s.energy_table.clone(), Note::EnergyTables));
     }
     if sides.iter().all(|s| s.energy_table == sides[0].energy_table) {
         let table = |s: &Side| (s.energy_table.clone(), s.energy_hash.clone());
@@ -486,9 +518,12 @@ fn notes(sides: &[Side], across: Across) -> Vec<Note> {
         (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
     };
     let starved = |s: &Side| {
-        let (label, asks) = (s.label.clone(), s.second_master_gb_s?);
-        let gets = s.statistics.mean(Key::SecondMasterRate)?;
-        (gets < asks * (1.0 - STARVED)).then_some(Note::Starved { label, gets, asks })
+        let gets = s.masters.gets(|key| s.statistics.mean(key)).into_iter();
+        let label = s.label.clone();
+        let starved = gets.filter(MasterGets::is_starved);
+        starved
+            .map(move |master| Note::Starved { label: label.clone(), master })
+            .collect::<Vec<_>>()
     };
     let off_clock = |s: &Side| {
         let clocks = s.off_clock?;
@@ -498,7 +533,7 @@ fn notes(sides: &[Side], across: Across) -> Vec<Note> {
         let frames = s.shown.counted(s.frames);
         s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames })
     };
-    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(starved));
+    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().flat_map(starved));
     let of_sides = of_sides.chain(sides.iter().filter_map(off_clock));
     let of_sides = of_sides.chain(sides.iter().filter_map(incomplete));
     notes.into_iter().flatten().chain(of_sides).collect()

@@ -36,6 +36,16 @@ impl HeldRows {
     pub fn headline(&self) -> Option<&Judged<'static>> {
         headline_of(&self.rows)
     }
+
+    /// The same of the machine with other keys, where its own file misses nothing.
+    pub fn variant_headline(&self) -> Option<&Judged<'static>> {
+        headline_of(&self.variants)
+    }
+
+    /// Whether a published number of its frames is held against it.
+    pub fn is_measured(&self) -> bool {
+        self.rows.iter().any(|j| j.row.status != Status::Dropped && j.row.metric.is_of_frames())
+    }
 }
 
 /// The rows of a machine by the name of its file.

@@ -1,6 +1,7 @@
 //! The statistics that conclusions are drawn from, as typed keys: the catalogue has their names
 //! from here, so that nobody can ask for a number that no run has.
 
+use crate::machine::MASTERS;
 use crate::stage::{Stall, StatDecl, hardware, stage};
 use powergs_energy::Component;
 use powergs_energy::action::{BufferId, Phase, StageId};
@@ -73,8 +74,8 @@ pub enum Key {
     DramRate,
     /// Bytes that are read from DRAM and that nobody wrote.
     UnwrittenBytes,
-    /// Bytes of the second master over the frame time, 10⁹ bytes per second.
-    SecondMasterRate,
+    /// Bytes of another master over the frame time, 10⁹ bytes per second: its place in [`MASTERS`].
+    MasterRate(usize),
     /// Bytes moved by bursts of the DRAM per byte that was asked for.
     MovedPerRequested,
     /// Share of the bursts that found their row open, 0 to 1.
@@ -168,7 +169,7 @@ impl Key {
             Key::DramBusy => "dram.busy_frac".into(),
             Key::DramRate => "dram.bandwidth_gb_s".into(),
             Key::UnwrittenBytes => "dram.unwritten_bytes".into(),
-            Key::SecondMasterRate => "dram.second_master_gb_s".into(),
+            Key::MasterRate(place) => format!("dram.{}_master_gb_s", MASTERS[place]),
             Key::MovedPerRequested => "dram.moved_per_requested".into(),
             Key::RowHits => "dram.row_hit_frac".into(),
             Key::Stat(stat) => stat.name.into(),

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 const LESS_IS_BETTER: [&str; 3] = ["vru.recurrence", "vru.blend-stall", "gradients.sum-cycles"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 30] = [
+const FREE: [(&str, &str); 32] = [
     ("ccu.operations", "the work of a conversion, in somebody's count"),
     ("binning.pointer-size", "bytes in DRAM, and in buffers that have a price"),
     ("binning.line", "bytes that are written together, out of a buffer that has a price"),
@@ -45,10 +45,12 @@ const FREE: [(&str, &str); 30] = [
     ("dram.latency", "a property of the memory"),
     ("dram.controller-latency", "a property of the memory's controller"),
     ("dram.second-master", "the traffic of another: it costs the accelerator time"),
+    ("dram.third-master", "as `dram.second-master`"),
+    ("dram.fourth-master", "as `dram.second-master`"),
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 21] = [
+const BASE: [&str; 26] = [
     "levels.gaussians=64",
     "clock=500 MHz",
     "cache.capacity=32 KiB",
@@ -63,6 +65,11 @@ const BASE: [&str; 21] = [
     "gating.units=true",
     "schedule.merge-below=64",
     "dram.second-master.rate=1 GB/s",
+    "dram.third-master.rate=1 GB/s",
+    "dram.fourth-master.rate=1 GB/s",
+    "dram.second-master.guaranteed=100 MB/s",
+    "dram.third-master.guaranteed=100 MB/s",
+    "dram.fourth-master.guaranteed=100 MB/s",
     "ccu.fetch=lazy-colour",
     "record.feature-source=nobody",
     "vru.colour-operations-per-cycle=133",

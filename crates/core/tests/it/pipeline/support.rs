@@ -4,8 +4,7 @@ use powergs_core::flow::Tables;
 use powergs_core::flow::over::levels::LevelsSpec;
 use powergs_core::flow::tile_wise::{DepthUpdate, PixelsSpec, StereoSpec};
 use powergs_core::machine::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, GatingSpec, Machine, NO_DEVICE, Ports,
-    SecondMasterSpec,
+    BufferSpec, DramModel, DramSpec, GatingSpec, Machine, MasterSpec, NO_DEVICE, Ports, Priority,
 };
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -58,18 +57,6 @@ pub fn set_rate(machine: &mut Machine, rate: f64) {
         machine.device = None;
         machine.dram.device = NO_DEVICE.into();
         machine.dram.bandwidth = Some(BytesPerSecond(rate));
-    }
-}
-
-/// A memory that only the accelerator uses.
-pub fn no_second_master() -> SecondMasterSpec {
-    SecondMasterSpec {
-        rate: BytesPerSecond(0.0),
-        pattern: AccessOrder::Stream,
-        request: Bytes(64),
-        reads: 1.0,
-        efficiency: 0.9,
-        in_flight: 64,
     }
 }
 
@@ -207,7 +194,9 @@ fn unlinked() -> Machine {
             channels: 8,
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(40.0),
-            second_master: no_second_master(),
+            second_master: MasterSpec::default(),
+            third_master: MasterSpec::default(),
+            fourth_master: MasterSpec::default(),
         },
         gating: GatingSpec { units: false, residual: 0.1 },
         device: None,
@@ -441,7 +430,9 @@ impl Dice {
             channels: self.pick(&[1, 2, 8]),
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(f64::from(self.roll(0, 30))),
-            second_master: no_second_master(),
+            second_master: MasterSpec::default(),
+            third_master: MasterSpec::default(),
+            fourth_master: MasterSpec::default(),
         };
         let devices = ["lpddr4-3200-x16x8", "lpddr4-3200-x32x4", "hbm2-8ch"];
         machine.link(device(self.pick(&devices))).expect("a device of this machine");
@@ -512,15 +503,30 @@ impl Dice {
             machine.dram.model = DramModel::Calibrated;
         }
         if machine.dram.model != DramModel::Bandwidth && self.roll(0, 1) == 0 {
-            machine.dram.second_master = SecondMasterSpec {
-                // So much that the accelerator gets somewhere.
-                rate: BytesPerSecond(machine.dram_peak().0 * self.pick(&[0.02, 0.1, 0.3])),
-                request: Bytes(self.pick(&[32, 64, 256])),
-                reads: self.pick(&[0.0, 0.5, 1.0]),
-                in_flight: self.pick(&[1, 4, 64]),
-                ..no_second_master()
-            };
+            // So much that the accelerator gets somewhere.
+            machine.dram.second_master = self.master(machine, &[0.02, 0.1, 0.3]);
+            if self.roll(0, 1) == 0 {
+                machine.dram.fourth_master = self.master(machine, &[0.01, 0.05]);
+            }
         }
+    }
+
+    fn master(&mut self, machine: &Machine, shares: &[f64]) -> MasterSpec {
+        let rate = machine.dram_peak().0 * self.pick(shares);
+        let guaranteed = self.pick(&[0.0, 0.0, 0.5]);
+        let mut master = MasterSpec {
+            rate: BytesPerSecond(rate),
+            request: Bytes(self.pick(&[32, 64, 256])),
+            reads: self.pick(&[0.0, 0.5, 1.0]),
+            in_flight: self.pick(&[1, 4, 64]),
+            priority: self.pick(&[Priority::First, Priority::Equal, Priority::Last]),
+            ..MasterSpec::default()
+        };
+        // What goes first leaves something to the accelerator.
+        let ceiling = master.ceiling(machine.device.as_ref().expect("linked"));
+        master.rate.0 = master.rate.0.min(0.2 * ceiling);
+        master.guaranteed.0 = master.rate.0 * guaranteed;
+        master
     }
 
     /// A feature cache in every second machine; returns whether there is one.

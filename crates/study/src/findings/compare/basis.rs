@@ -2,6 +2,7 @@
 //! scope. Where sides differ in it, differences are not of the machines alone.
 
 use powergs_core::flow::Task;
+use powergs_core::machine::MASTERS;
 use toml::Value;
 
 use super::Side;
@@ -12,6 +13,8 @@ use super::side::configured;
 pub enum Basis {
     /// What a frame is.
     Task,
+    /// What a step of training counts with, and what its loss costs.
+    Step,
     /// The memory: its device and channels, or a mere rate.
     Memory,
     /// How it is timed.
@@ -21,7 +24,7 @@ pub enum Basis {
     /// Whether the chip has PHY and controllers of the memory.
     Phy,
     /// Who else uses the memory, and how.
-    SecondMaster,
+    Masters,
     /// The technology.
     Node,
     /// The clock of the prices, where they are as given at any other.
@@ -34,13 +37,14 @@ pub enum Basis {
 
 impl Basis {
     /// All of it, in the order of reports.
-    pub const ALL: [Basis; 10] = [
+    pub const ALL: [Basis; 11] = [
         Basis::Task,
+        Basis::Step,
         Basis::Memory,
         Basis::MemoryModel,
         Basis::MemoryPrice,
         Basis::Phy,
-        Basis::SecondMaster,
+        Basis::Masters,
         Basis::Node,
         Basis::PriceClock,
         Basis::AreaScope,
@@ -51,11 +55,12 @@ impl Basis {
     pub const fn name(self) -> &'static str {
         match self {
             Basis::Task => "task",
+            Basis::Step => "step",
             Basis::Memory => "memory",
             Basis::MemoryModel => "memory_model",
             Basis::MemoryPrice => "memory_price",
             Basis::Phy => "memory_phy",
-            Basis::SecondMaster => "second_master",
+            Basis::Masters => "second_master",
             Basis::Node => "node",
             Basis::PriceClock => "price_clock",
             Basis::AreaScope => "area_scope",
@@ -69,6 +74,17 @@ impl Basis {
         let text = |path: &[&str]| at(path).and_then(Value::as_str).map(str::to_owned);
         match self {
             Basis::Task => Some(side.task.name()),
+            Basis::Step if side.task.is_shown() => None,
+            Basis::Step => {
+                let own = |key: &str| at(&["machine", "training", key]);
+                let widths = own("widths").and_then(Value::as_table);
+                let width =
+                    |(key, value): (&String, &Value)| Some(format!("{key} {}", value.as_str()?));
+                let widths = widths.into_iter().flatten().filter_map(width);
+                let loss = own("loss").map(|n| format!("loss of {n} operations a pixel"));
+                let all: Vec<String> = widths.chain(loss).collect();
+                Some(all.join(", ")).filter(|text| !text.is_empty())
+            }
             Basis::Memory => {
                 let peak = side.dram_peak_gb_s.map(|peak| format!("{peak:.1} GB/s"))?;
                 let device = text(&["machine", "dram", "device"]).filter(|name| name != "none");
@@ -87,22 +103,29 @@ impl Basis {
                 let has = at(&["energy", "phy"]).is_some();
                 Some(if has { "of the chip" } else { "left out" }.to_owned())
             }
-            Basis::SecondMaster => {
+            Basis::Masters => {
                 at(&["machine", "dram"])?;
-                let master = ["machine", "dram", "second-master"];
-                let own = |key| text(&[&master[..], &[key]].concat());
-                let number = |key| at(&[&master[..], &[key]].concat()).map(Value::to_string);
-                let Some(rate) = own("rate").filter(|rate| !rate.starts_with("0 ")) else {
-                    return Some("none".to_owned());
-                };
-                let facts = [
-                    Some(rate),
-                    own("pattern"),
-                    number("reads").map(|share| format!("reads {share}")),
-                    own("request").map(|bytes| format!("of {bytes}")),
-                    number("in-flight").map(|n| format!("{n} in flight")),
-                ];
-                Some(facts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+                let all = MASTERS.into_iter().filter_map(|name| {
+                    let table = format!("{name}-master");
+                    let own = |key| at(&["machine", "dram", &table, key]);
+                    let word = |key| own(key).and_then(Value::as_str).map(str::to_owned);
+                    let rate = word("rate").filter(|rate| !rate.starts_with("0 "))?;
+                    let not = |usual: &'static str| move |word: &String| word != usual;
+                    let facts = [
+                        Some(rate),
+                        word("pattern"),
+                        own("reads").map(|share| format!("reads {share}")),
+                        word("request").map(|bytes| format!("of {bytes}")),
+                        own("in-flight").map(|n| format!("{n} in flight")),
+                        word("priority").filter(not("equal")),
+                        word("guaranteed")
+                            .filter(|rate| !rate.starts_with("0 "))
+                            .map(|rate| format!("{rate} guaranteed")),
+                    ];
+                    Some(facts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+                });
+                let all: Vec<String> = all.collect();
+                Some(if all.is_empty() { "none".to_owned() } else { all.join(" + ") })
             }
             Basis::Node => side.node_nm.map(|nm| format!("{nm} nm")),
             Basis::PriceClock => side.off_clock.map(|clocks| clocks.prices.to_string()),

@@ -3,6 +3,7 @@
 use powergs_core::sim::statistics::{Key, Record};
 
 use super::{Comparison, Side};
+use crate::findings::masters::MasterGets;
 use crate::sweep::expr::{Expr, ExprError, Value};
 
 /// What a machine must meet besides the display rate.
@@ -14,6 +15,13 @@ pub struct AskedLimits {
     pub latency_ms: Option<f64>,
     /// A condition on statistics of a run.
     pub condition: Option<Expr>,
+}
+
+impl AskedLimits {
+    /// Whether anything is asked for besides the display rate.
+    pub fn is_any(&self) -> bool {
+        self.budget_w.is_some() || self.latency_ms.is_some() || self.condition.is_some()
+    }
 }
 
 /// What a machine on a trace falls short of.
@@ -28,8 +36,10 @@ pub enum Shortfall {
     NoTime,
     /// It draws more than the budget.
     Budget {
-        /// Watts above it, as a share of it.
-        above: f64,
+        /// Watts that it draws.
+        watts: f64,
+        /// Watts that it may draw.
+        budget: f64,
     },
     /// A frame takes longer than allowed.
     Latency {
@@ -38,6 +48,9 @@ pub enum Shortfall {
     },
     /// The condition does not hold.
     Condition,
+    /// Another master of its memory gets less than it asks for: the chip around it does not do its
+    /// work.
+    Starved(MasterGets),
 }
 
 /// A machine on a trace.
@@ -51,6 +64,8 @@ pub struct DecisionRow {
     pub fps: Option<f64>,
     /// The slowest frame, milliseconds, or what 99 % of 100 frames and more take at most.
     pub slowest_ms: Option<f64>,
+    /// Time of the slowest frame from its first read to its last write, milliseconds.
+    pub latency_ms: Option<f64>,
     /// Display periods that are missed; `None` where nothing is shown.
     pub missed: Option<u64>,
     /// Frames.
@@ -75,6 +90,8 @@ impl DecisionRow {
 pub struct Decision {
     /// Of each trace its machines, in their order.
     pub rows: Vec<DecisionRow>,
+    /// Whether anything was asked for besides the display rate.
+    pub has_limits: bool,
     machines: usize,
 }
 
@@ -90,7 +107,11 @@ impl Decision {
                 rows.push(row(trace, i, side, limits)?);
             }
         }
-        Ok(Decision { rows, machines: all.first().map_or(0, |c| c.sides.len()) })
+        Ok(Decision {
+            rows,
+            has_limits: limits.is_any(),
+            machines: all.first().map_or(0, |c| c.sides.len()),
+        })
     }
 
     /// The row of a machine on a trace.
@@ -137,11 +158,13 @@ fn row(
         short.push(Shortfall::Rate { missed });
     }
     if let Some((watts, budget)) = power_w.zip(limits.budget_w).filter(|(w, budget)| w > budget) {
-        short.push(Shortfall::Budget { above: watts / budget - 1.0 });
+        short.push(Shortfall::Budget { watts, budget });
     }
     if let Some((ms, _)) = latency.zip(limits.latency_ms).filter(|(ms, most)| ms > most) {
         short.push(Shortfall::Latency { ms });
     }
+    let masters = of.masters.gets(|key| record.mean(key)).into_iter();
+    short.extend(masters.filter(MasterGets::is_starved).map(Shortfall::Starved));
     if let Some(condition) = &limits.condition
         && !condition.holds(&|name| value(record, name).map(Value::Number))?
     {
@@ -153,6 +176,7 @@ fn row(
         fps: record.throughput_fps(),
         // A quantile of 99 % of fewer frames is the largest.
         slowest_ms: time.map(|time| time.p99.as_f64()),
+        latency_ms: latency,
         missed,
         frames: of.frames,
         power_w,

@@ -1,5 +1,7 @@
 //! One side of a comparison: a run that was just simulated, or a finished report folder.
 
+use crate::findings::masters::MastersAsked;
+use powergs_core::machine::MASTERS;
 use std::collections::BTreeSet;
 
 use powergs_base::quantity::{BytesPerSecond, Hertz};
@@ -40,8 +42,8 @@ pub struct Side {
     pub is_block: bool,
     /// What its powers and energies are of: `block and memory`, `module`, `board`.
     pub power_scope: String,
-    /// What the second master at its memory asks for, 10⁹ bytes per second; `None` without one.
-    pub second_master_gb_s: Option<f64>,
+    /// What other masters of its memory ask for.
+    pub masters: MastersAsked,
     /// Effects that it leaves out, in words; empty where an older record does not say.
     pub left_out: Vec<String>,
     /// `cycle` or `paper`.
@@ -82,6 +84,11 @@ pub struct Side {
 }
 
 impl Side {
+    /// Whether its frames are shown, all of them at the rate of the display.
+    pub fn reaches_display(&self) -> bool {
+        self.task.is_shown() && self.statistics.deadline_misses().is_none_or(|missed| missed == 0)
+    }
+
     /// A run that was just simulated; `None` without frames.
     pub fn of_run(run: &Run) -> Option<Side> {
         let statistics = run.statistics()?;
@@ -132,7 +139,7 @@ impl Side {
                 let all = fact("left-out").and_then(Value::as_array).into_iter().flatten();
                 all.filter_map(Value::as_str).map(str::to_owned).collect()
             },
-            second_master_gb_s: second_master(&record),
+            masters: masters_of(&record),
             model: string("model")?.to_owned(),
             dram_model: dram
                 .and_then(|d| d.get("model"))
@@ -199,11 +206,15 @@ fn power_scope(record: &toml::Table) -> String {
     scope.unwrap_or(PowerScope::BlockAndMemory.name()).replace('-', " ")
 }
 
-/// What the second master of a recorded machine asks for, 10⁹ bytes per second.
-fn second_master(record: &toml::Table) -> Option<f64> {
-    let rate = configured(record, &["machine", "dram", "second-master", "rate"])?.as_str()?;
-    let rate: BytesPerSecond = rate.parse().ok()?;
-    (rate.0 > 0.0).then_some(rate.0 * 1e-9)
+/// What other masters of a recorded machine ask for.
+fn masters_of(record: &toml::Table) -> MastersAsked {
+    MastersAsked(MASTERS.map(|name| {
+        let table = format!("{name}-master");
+        let rate = configured(record, &["machine", "dram", &table, "rate"]);
+        let rate = rate.and_then(Value::as_str);
+        let rate: Option<BytesPerSecond> = rate.and_then(|rate| rate.parse().ok());
+        rate.map_or(0.0, |rate| rate.0 * 1e-9)
+    }))
 }
 
 /// The clock of a recorded machine and that of its prices, where these differ and there is no curve

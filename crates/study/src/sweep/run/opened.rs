@@ -193,7 +193,7 @@ impl OpenedSweep<'static> {
         };
         // Whoever names the model means that one. With a second master it is no faster.
         let is_calibrated = stands_in
-            && !designs.base.machine.dram.second_master.is_on()
+            && designs.base.machine.dram.is_alone()
             && request.dram_model.is_none()
             && designs.base.machine.dram.model == DramModel::Banked
             && !file.text().contains(MODEL)

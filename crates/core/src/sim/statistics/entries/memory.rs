@@ -3,6 +3,7 @@
 use super::of_stages;
 use super::{List, count, real};
 use crate::kernel::{BufferUse, DramUse, FrameTiming};
+use crate::machine::MASTERS;
 use crate::sim::statistics::Key;
 use crate::sim::{CycleReport, FrameReport};
 use crate::stage::hardware;
@@ -46,27 +47,43 @@ pub(super) fn dram(list: &mut List) {
          `record.feature-source` is `nobody` because a published count has no writes for them.",
         |f| f.cycle().map(|cycle| cycle.unwritten_bytes),
     );
+    (0..MASTERS.len()).for_each(|place| master(list, place));
+    moved(list);
+    device(list);
+}
+
+/// What another master of the memory gets. Of a third and a fourth one nothing is said where there
+/// is none.
+fn master(list: &mut List, place: usize) {
+    let name = MASTERS[place];
+    let bytes = move |f: &FrameReport| {
+        let bytes = usage(f)?.master_bytes[place];
+        (bytes > 0 || place == 0).then_some(bytes)
+    };
     count(
         list,
-        "dram.second_master_bytes",
+        format!("dram.{name}_master_bytes"),
         "B",
-        "Bytes that the second master (`dram.second-master`) asked for in the frame and that were \
-         served. They are in `dram.busy_cycles`, and in no other number of bytes and no energy.",
-        |f| Some(usage(f)?.second_master_bytes),
+        format!(
+            "Bytes that the {name} master (`dram.{name}-master`) asked for in the frame and that \
+             were served. They are in `dram.busy_cycles`, and in no other number of bytes and no \
+             energy."
+        ),
+        bytes,
     );
     real(
         list,
-        Key::SecondMasterRate,
+        Key::MasterRate(place),
         "GB/s",
-        "The same over the frame time, in 10⁹ bytes per second: below `dram.second-master.rate` \
-         where the memory is too slow for both.",
-        |f, _| {
+        format!(
+            "The same over the frame time, in 10⁹ bytes per second: below \
+             `dram.{name}-master.rate` where the memory is too slow for all."
+        ),
+        move |f, _| {
             let seconds = f.frame_time_s().filter(|&s| s > 0.0)?;
-            Some(usage(f)?.second_master_bytes as f64 * 1e-9 / seconds)
+            Some(bytes(f)? as f64 * 1e-9 / seconds)
         },
     );
-    moved(list);
-    device(list);
 }
 
 fn moved_bytes(frame: &FrameReport) -> Option<u64> {
