@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The claims table of evidence/claims.md, by the laboratory. Hours; never part of `all`.
+# The claims table of evidence/claims.md, and evidence/claims.csv with the answer of every run, by
+# the laboratory. Hours; never part of `all`.
 #
 #   reproduce/claims.sh OUT [SCENES]
 #
@@ -15,3 +16,19 @@ lab=$(dirname "$program")/powergs-lab
 mkdir none
 "$root/lab/claims.sh" "$program" "${2:-none}" "$out/runs"
 keep "$out/runs/claims.md" evidence/claims.md
+# The rows of `## By run` as CSV.
+{
+    echo claim,run,here,agrees
+    awk -F ' [|] ' '
+        function cell(text) {
+            gsub(/^[|] | [|]$/, "", text)
+            gsub(/\\[|]/, "|", text)
+            gsub(/\\`/, "`", text)
+            gsub(/"/, "\"\"", text)
+            return text ~ /[",]/ ? "\"" text "\"" : text
+        }
+        /^## / { on = /^## By run/; row = 0 }
+        on && /^[|]/ && ++row > 2 { print cell($1) "," cell($2) "," cell($3) "," cell($4) }
+    ' "$out/runs/claims.md"
+} > claims.csv
+keep claims.csv evidence/claims.csv

@@ -185,6 +185,27 @@ fn mistakes_are_found() {
     }
 }
 
+/// Pages that the site writes have their titles from it.
+#[test]
+fn pages_have_the_titles_of_the_sidebar() {
+    let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).expect("the sidebar");
+    let mut wrong = Vec::new();
+    for line in summary.lines() {
+        let Some((title, target)) = line.split_once("](") else { continue };
+        let title = title.trim_start_matches(['-', ' ', '[']);
+        let Ok(page) = fs::read_to_string(root().join("docs").join(target.trim_end_matches(')')))
+        else {
+            assert!(target.starts_with("../look-up/"), "docs/SUMMARY.md: no page {target}");
+            continue;
+        };
+        let heading = page.lines().find_map(|line| line.strip_prefix("# ")).unwrap_or_default();
+        if heading != title {
+            wrong.push(format!("{target}: `{heading}` on the page, `{title}` in the sidebar"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn the_citation_is_of_this_version() {
     let citation = fs::read_to_string(root().join("CITATION.cff")).expect("it");

@@ -55,11 +55,10 @@ fn example() -> Vec<u8> {
 
 /// The bytes as in the documentation: lines `offset  hex bytes  comment`.
 fn documented() -> Vec<u8> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/trace-format.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/trace-example.hex");
     let text = std::fs::read_to_string(path).unwrap();
-    let block = text.split("```hex\n").nth(1).unwrap().split("```").next().unwrap();
     let mut bytes = Vec::new();
-    for line in block.lines() {
+    for line in text.lines() {
         let (offset, rest) = line.trim_start().split_once("  ").unwrap();
         assert_eq!(offset.parse(), Ok(bytes.len()), "{line}");
         let hex = rest.split("  ").next().unwrap().split(' ').filter(|h| !h.is_empty());
