@@ -13,6 +13,7 @@ mod shared;
 mod sweeps;
 mod tables;
 mod units;
+mod words;
 
 use codesign::CODESIGN;
 use compared::COMPARED;
@@ -25,6 +26,7 @@ use shared::MORE;
 use sweeps::SWEEPS;
 use tables::TABLES;
 use units::UNITS;
+use words::WORDS;
 
 /// A word with its meaning.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +58,7 @@ pub fn terms() -> impl Iterator<Item = &'static Term> {
         CODESIGN,
         PICTURES,
         INPUTS,
+        WORDS,
     ]
     .into_iter()
     .flatten()

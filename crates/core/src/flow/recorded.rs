@@ -18,8 +18,8 @@ mod tables;
 use std::sync::Arc;
 
 use super::{
-    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, Opener, SimError, TablesDecl, Work,
-    WorkKey, WorkKind,
+    Dataflow, FlowDecl, FlowOutcome, FrameTask, Incompatible, Opener, SimError, TablesDecl, Task,
+    Work, WorkKey, WorkKind,
 };
 use crate::kernel::stream::{Streams, reads, writes};
 use crate::kernel::timeline::Observer;
@@ -109,8 +109,24 @@ impl Dataflow for RecordedFlow {
         true
     }
 
+    fn task(&self, machine: &Machine) -> Task {
+        Task::named(&machine.of_type::<RecordedSpec>().task).unwrap_or(Task::RENDER)
+    }
+
+    fn under_way(&self, machine: &Machine) -> u64 {
+        u64::from(machine.of_type::<RecordedSpec>().under_way)
+    }
+
     fn check(&self, machine: &Machine, found: &mut Found) {
         let spec = machine.of_type::<RecordedSpec>();
+        if Task::named(&spec.task).is_none() {
+            let message = format!(
+                "`recorded.task` = \"{}\" must be what comparisons call a task: render, train all, \
+                 train visible, gradients, track; of some pixels e.g. \"track, 1 pixel in 256\"",
+                spec.task
+            );
+            found.add("recorded.task", message);
+        }
         let units: Vec<&str> = hardware().units().map(|(_, unit)| unit.key).collect();
         if spec.units.is_empty() {
             let message = format!(

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{RecordedFlow, RecordedRun};
+use crate::flow::Task;
 use crate::machine::BufferSpec;
 
 /// The tables of a machine whose run was made elsewhere.
@@ -28,6 +29,15 @@ pub struct RecordedSpec {
     /// Requests to the memory that may be under way; the oldest makes room.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
     pub outstanding: u32,
+    /// What a frame of the run is, as comparisons call it: `render`, `train all`, `train visible`,
+    /// `gradients`, `track`, each with `, 1 pixel in 256` or the like behind it.
+    #[serde(default = "render", skip_serializing_if = "is_render")]
+    pub task: String,
+    /// Frames that are in the machine at once: a picture is there so many frame times after its
+    /// first read.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "frames"))]
+    pub under_way: u32,
     /// Units that the machine has, by the name that energy tables know: what leaks and takes area.
     pub units: BTreeMap<String, RecordedUnit>,
     /// Buffers that the machine has, likewise; sizes and banks are those of all units together.
@@ -56,6 +66,22 @@ pub struct RecordedUnit {
 #[serde(transparent)]
 #[schemars(extend("x-unit" = "amount of the part"))]
 pub struct PartAmount(pub f64);
+
+fn render() -> String {
+    Task::RENDER.name()
+}
+
+fn is_render(task: &str) -> bool {
+    task == render()
+}
+
+const fn one() -> u32 {
+    1
+}
+
+const fn is_one(n: &u32) -> bool {
+    *n == 1
+}
 
 impl RecordedSpec {
     /// How many units of a stage there are.

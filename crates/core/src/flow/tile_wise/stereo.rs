@@ -320,7 +320,7 @@ impl Default for StereoSpec {
 pub enum StereoImpl {
     /// As any other frame.
     Separate,
-    /// What both eyes see is converted once.
+    /// Position and shape of what both eyes see are found once, colours for each eye.
     Shared,
     /// The first view hands on what blends in it; the second one has no lists besides.
     Derived,

@@ -25,6 +25,8 @@ use powergs_core::machine::DramModel;
 use powergs_core::run::files::{ConfigText, DiskFiles, Files, found_as, raw};
 use powergs_core::run::system::{DEVICE, ENERGY, doubts};
 use powergs_core::run::{FileKind, Input, RunError};
+use powergs_core::stage::EnergyTable;
+use powergs_energy::table::PowerScope;
 use toml::Value;
 
 /// What a sweep file spans, and the base machine.
@@ -41,6 +43,9 @@ pub struct Designs {
 
 /// The key of a machine file that says its clock.
 const CLOCK: &str = "clock";
+
+/// Designs that are looked at for what they do not have in common.
+const MIXED_TRIED: u64 = 48;
 
 impl Designs {
     /// Checks a sweep file with the `problems` that its form has, and everything that it names.
@@ -114,7 +119,49 @@ impl Designs {
             doubts(&self.base.machine, table).into_iter().chain(fixed)
         };
         let all: BTreeSet<String> = self.base.prices.iter().flat_map(of).collect();
-        all.into_iter().collect()
+        all.into_iter().chain(self.mixed()).collect()
+    }
+
+    /// What designs do not have in common without which no one is better than another: what a frame
+    /// is, the node, what power is of.
+    fn mixed(&self) -> Option<String> {
+        let may_mix = |column: &Column| {
+            column.name == MACHINE || column.name == ENERGY || column.name.starts_with("training.")
+        };
+        self.columns.iter().find(|column| may_mix(column))?;
+        let points = self.space.lattice().points();
+        let every = (points / MIXED_TRIED).max(1) as usize;
+        let designs: Vec<Design> =
+            (0..points).step_by(every).filter_map(|point| self.space.design(point).ok()).collect();
+        let task = |d: &Design| vec![d.machine.flow().task(&d.machine).name()];
+        let priced = |d: &Design, of: fn(&EnergyTable) -> String| {
+            d.prices.iter().map(|priced| of(&priced.table.value)).collect::<Vec<_>>()
+        };
+        let node = |t: &EnergyTable| t.node.map_or("?".into(), |node| node.to_string());
+        let scope = |t: &EnergyTable| {
+            let power = t.scope.as_ref().map_or(PowerScope::BlockAndMemory, |scope| scope.power);
+            power.name().replace('-', " ")
+        };
+        // Several tables price every design alike; what differs between designs is mixed.
+        let differ = |what: &str, of: &dyn Fn(&Design) -> Vec<String>| {
+            let all: BTreeSet<Vec<String>> = designs.iter().map(of).collect();
+            let each: BTreeSet<String> = all.iter().flatten().cloned().collect();
+            let each: Vec<String> = each.into_iter().collect();
+            (all.len() > 1).then(|| format!("{what} ({})", each.join(", ")))
+        };
+        let mixed = [
+            differ("what a frame is", &task),
+            differ("technology nodes", &|d| priced(d, node)),
+            differ("what power is of", &|d| priced(d, scope)),
+        ];
+        let mixed: Vec<String> = mixed.into_iter().flatten().collect();
+        (!mixed.is_empty()).then(|| {
+            format!(
+                "designs differ in {}: they rank by that as much as by their machines; sweep those \
+                 of one kind, or compare a few with `compare`",
+                mixed.join(", in ")
+            )
+        })
     }
 
     /// The dataflow of its machines.
