@@ -134,6 +134,15 @@ impl TableFormat {
             TableFormat::Md => table.markdown(),
         }
     }
+
+    /// What a table is not to be read without, as comments where there are some.
+    fn caveats(self, lines: &[String]) -> String {
+        match self {
+            TableFormat::Tex => lines.iter().map(|line| format!("% {line}\n")).collect(),
+            TableFormat::Md => lines.iter().map(|line| format!("\n- {line}\n")).collect(),
+            TableFormat::Csv => String::new(),
+        }
+    }
 }
 
 /// A power with its unit, above zero: `1.5W`.
@@ -211,7 +220,7 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
         let means = speedup.as_ref().map(speedup::means_table);
         let tables = [Some(table), means].into_iter().flatten();
         let tables: Vec<String> = tables.map(|table| format.write(&table)).collect();
-        out::text(&tables.join("\n"))?;
+        out::text(&(tables.join("\n") + &format.caveats(&compare::caveats(comparison))))?;
     } else if !context.global.quiet {
         let path = path.display().to_string();
         let page = match &speedup {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use approx::assert_relative_eq;
 use powergs_base::config::embedded::{DISPLAYS, find};
+use powergs_base::config::references::is_source;
 use powergs_base::picture::{Picture, linear};
 use powergs_base::quantity::Watts;
 use powergs_frame::display::Display;
@@ -83,7 +84,7 @@ fn presets_that_make_no_sense_are_refused() {
         ("scale = 3.0", "scale = nan", "finite"),
         ("red = \"228.5245898 mW\"", "red = 228.5", "a power needs its unit"),
         ("red = \"228.5245898 mW\"", "rde = \"1 mW\"", "did you mean `red`?"),
-        ("source = \"powergs\"", "source = \"me\"", "neither a key"),
+        ("source = \"powergs\"", "source = \" \"", "where the numbers are from"),
     ];
     for (from, to, because) in changes {
         let error = Display::parse(&good.replace(from, to)).expect_err(to).to_string();
@@ -92,6 +93,18 @@ fn presets_that_make_no_sense_are_refused() {
     let dark = good.replace("228.5245898", "0").replace("205.6587915", "0");
     let error = Display::parse(&dark.replace("567.6371534", "0")).expect_err("a dark panel");
     assert!(error.to_string().contains("all zero"), "{error}");
+}
+
+/// One's own panel has a source in words; those that come with the program are cited.
+#[test]
+fn sources_are_words_or_citations() {
+    let good = find(DISPLAYS, "oled-powergs").expect("a preset");
+    let own = good.replace("source = \"powergs\"", "source = \"own measurement, 2026\"");
+    assert_eq!(Display::parse(&own).expect("a panel").source, "own measurement, 2026");
+    for file in DISPLAYS {
+        let display = Display::parse(file.text).expect("it comes with the program");
+        assert!(is_source(&display.source), "{}", file.name);
+    }
 }
 
 /// The white and the ramp of the reference images, where they are at hand.

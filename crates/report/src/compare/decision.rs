@@ -13,6 +13,8 @@ use powergs_study::findings::masters::MasterGets;
 const SAME: f64 = 0.005;
 /// Characters of the name of a trace or a machine on a terminal.
 const LABEL: usize = 16;
+/// Characters of its task in brackets.
+const TASK: usize = 12;
 /// Machines in the chart, and bars in all.
 const MOST: [usize; 2] = [8, 32];
 
@@ -118,16 +120,12 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
             .is_some_and(|(latency, slowest)| latency > 1.001 * slowest)
     };
     let is_late = decision.rows.iter().any(is_late);
-    let slowest = if is_late { "slowest interval, ms" } else { "slowest, ms" };
     let mut columns = Vec::new();
     if traces.len() > 1 {
         columns.push(Column::text("trace").at_most(LABEL));
     }
-    columns.push(Column::text("machine").at_most(LABEL));
-    if tasks_differ {
-        columns.push(Column::text("task"));
-    }
-    columns.extend([per_second, slowest].map(Column::real));
+    columns.push(Column::text("machine").at_most(LABEL + if tasks_differ { TASK } else { 0 }));
+    columns.extend([per_second, "slowest, ms"].map(Column::real));
     if is_late {
         columns.push(Column::real("latency, ms"));
     }
@@ -142,10 +140,11 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
         if traces.len() > 1 {
             cells.push(traces[row.trace].as_str().into());
         }
-        cells.push(side.label.as_str().into());
-        if tasks_differ {
-            cells.push(side.task.short().into());
-        }
+        let machine = match tasks_differ {
+            true => format!("{} ({})", shortened(&side.label, LABEL), side.task.short()),
+            false => side.label.clone(),
+        };
+        cells.push(machine.into());
         cells.extend([row.fps, row.slowest_ms].map(Cell::from));
         if is_late {
             cells.push(row.latency_ms.into());
@@ -174,9 +173,7 @@ pub(super) fn verdict(row: &DecisionRow, side: &Side, has_limits: bool) -> Optio
     let short = |short: &Shortfall| match short {
         Shortfall::NoTime => "no time".to_owned(),
         Shortfall::Rate { missed } => format!("MISSED {missed}/{}", row.frames),
-        Shortfall::Budget { watts, budget } => {
-            format!("OVER {} > {} W", significant(*watts), significant(*budget))
-        }
+        Shortfall::Budget { budget } => format!("OVER {} W", significant(*budget)),
         Shortfall::Latency { ms } => format!("LATE {} ms", significant(*ms)),
         Shortfall::Condition => "NOT --where".to_owned(),
         Shortfall::Starved(MasterGets { gets, asks, .. }) => {

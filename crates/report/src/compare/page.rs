@@ -53,6 +53,7 @@ pub fn document(
     ));
     let traces = std::slice::from_ref(&first.trace);
     decision::add(&mut page, std::slice::from_ref(comparison), decided, traces);
+    page.on(Shown::Terminal, Block::List(alone(comparison)));
     basis(&mut page, comparison);
     page.page_heading("Measures");
     page.table(measures(comparison));
@@ -94,6 +95,7 @@ pub fn document_of(
         all[0].sides[0].model
     ));
     decision::add(&mut page, all, decided, &speedup.traces);
+    page.on(Shown::Terminal, Block::List(alone(&all[0])));
     basis(&mut page, &all[0]);
     page.heading("Back to back");
     page.page_paragraph("Rates and energies of frames that follow one another without a display.");
@@ -140,7 +142,6 @@ fn steps(page: &mut Document, comparison: &Comparison) {
 fn payments(page: &mut Document, comparison: &Comparison) {
     let sides = &comparison.sides;
     let done = comparison.done_by_some();
-    page.on(Shown::Terminal, Block::List(alone(comparison)));
     if !done.is_empty() {
         page.page_heading("Who does what");
         let noun = comparison.task().map_or("frame or step", |task| task.noun());
@@ -175,27 +176,30 @@ fn payments(page: &mut Document, comparison: &Comparison) {
     }
 }
 
-/// What each side does, or leaves out, that no other one does: in a line each.
+/// What each side does, or has for nothing, that no other one does or has: a line each.
 fn alone(comparison: &Comparison) -> Vec<Text> {
-    const MOST: usize = 5;
-    let some = |words: Vec<&str>| match words.len() {
-        n if n > MOST => format!("{} and {} more", words[..MOST].join(", "), n - MOST),
-        _ => words.join(", "),
+    const MOST: usize = 4;
+    let some = |mut words: Vec<&str>| {
+        let mut seen = BTreeSet::new();
+        words.retain(|word| seen.insert(*word));
+        match words.len() {
+            n if n > MOST => format!("{} and {} more", words[..MOST].join(", "), n - MOST),
+            _ => words.join(", "),
+        }
     };
     let (done, left_out) = (comparison.done_by_some(), comparison.left_out_by_some());
     let of = |(i, side): (usize, &Side)| {
-        let only = |mine: bool, others: usize| mine && others == 1;
-        let works =
-            done.iter().filter(|(_, n)| only(n[i] > 0.0, n.iter().filter(|n| **n > 0.0).count()));
+        let is_only = |by: Vec<bool>| by[i] && by.iter().filter(|has| **has).count() == 1;
+        let works = done.iter().filter(|(_, n)| is_only(n.iter().map(|n| *n > 0.0).collect()));
         let works: Vec<&str> = works.map(|(key, _)| *key).collect();
-        let free =
-            left_out.iter().filter(|(_, by)| only(by[i], by.iter().filter(|by| **by).count()));
-        let free: Vec<&str> = free.map(|(effect, _)| effect.assumption).collect();
-        let works = (!works.is_empty()).then(|| format!("does alone: {}", some(works)));
-        let free = (!free.is_empty()).then(|| format!("has for nothing alone: {}", some(free)));
+        let free = left_out.iter().filter(|(_, by)| is_only(by.clone()));
+        let free = free.flat_map(|(effect, _)| effect.assumption.split(", "));
+        let free: Vec<&str> = free.filter(|a| a.starts_with('A')).collect();
+        let works = (!works.is_empty()).then(|| format!("it alone does {}", some(works)));
+        let free = (!free.is_empty()).then(|| format!("it alone has for nothing {}", some(free)));
         let all: Vec<String> = works.into_iter().chain(free).collect();
-        (!all.is_empty())
-            .then(|| Text::strong(side.label.clone()).then(format!(" {}", all.join("; "))))
+        let text = format!(": {} (`explain`)", all.join("; "));
+        (!all.is_empty()).then(|| Text::strong(side.label.clone()).then(Text::marked(&text)))
     };
     comparison.sides.iter().enumerate().filter_map(of).collect()
 }
@@ -356,6 +360,16 @@ fn words(measure: Measure, comparison: &Comparison) -> String {
         Measure::FpsPerArea => return format!("{nouns} per second and mm² of die"),
     };
     words.to_owned()
+}
+
+/// What the tables of a comparison are not to be read without: the versions, what the numbers are of
+/// where that differs, and what else does.
+pub fn caveats(comparison: &Comparison) -> Vec<String> {
+    let basis = decision::basis_facts(comparison, &comparison.basis());
+    let basis = basis.into_iter().map(|(part, text)| format!("{part}: {}", text.plain()));
+    let made = format!("powergs-sim {TOOL_VERSION}, model {MODEL_VERSION}");
+    let notes = comparison.notes.iter().map(|note| format!("{}.", self::note(note)));
+    [made].into_iter().chain(basis).chain(notes).collect()
 }
 
 /// What else differs, as a sentence without its full stop.

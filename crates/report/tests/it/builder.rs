@@ -8,6 +8,7 @@ use powergs_core::flow::steps::StepCycles;
 use powergs_core::flow::tile_wise::gradients::{ADDITIONS, FOUND_SUMS};
 use powergs_core::flow::tile_wise::{cache, measures};
 use powergs_core::kernel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
+use powergs_core::machine::MASTERS;
 use powergs_core::run::Input;
 use powergs_core::sim::{
     CycleReport, FoveaSummary, Foveal, FrameReport, Model, ModelReport, PaperReport, RegionReport,
@@ -133,7 +134,9 @@ pub fn reusing_frame(number: usize, millions: f64) -> FrameReport {
         out_of_order,
         missing,
     };
-    cycle(&mut frame).measured.extend(measures::measured(&reuse));
+    let cycle = cycle(&mut frame);
+    cycle.measured.extend(measures::measured(&reuse));
+    cycle.timing.dram.master_bytes = [64; MASTERS.len()];
     frame
 }
 

@@ -11,7 +11,7 @@ use powergs_report::compare::{
 use powergs_report::document::Document;
 use powergs_report::{csv, record};
 use powergs_study::findings::compare::{
-    Across, AskedLimits, Basis, Comparison, Decision, Measure, Shortfall, Side, SideError,
+    Across, AskedLimits, Basis, Comparison, Decision, Measure, Note, Shortfall, Side, SideError,
 };
 use powergs_study::run_record::Run;
 use powergs_study::speedup::{Gain, SpeedUp};
@@ -158,7 +158,7 @@ fn broken_folders_name_file_and_place() {
 
 #[test]
 fn what_else_differs_is_said() {
-    assert_eq!(pair().notes, []);
+    assert_eq!(pair().notes, [Note::Memories(vec![51.2, 25.6])]);
     let mut other = slower(1.0);
     other.facts.machine.energy_table = "lpddr4".into();
     other.facts.display_fps = 72.0;

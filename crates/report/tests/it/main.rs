@@ -3,6 +3,7 @@
 pub mod builder;
 mod charts;
 mod compare;
+mod compare_opposites;
 mod document;
 mod formats;
 mod foveated;

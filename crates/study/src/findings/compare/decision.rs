@@ -36,8 +36,6 @@ pub enum Shortfall {
     NoTime,
     /// It draws more than the budget.
     Budget {
-        /// Watts that it draws.
-        watts: f64,
         /// Watts that it may draw.
         budget: f64,
     },
@@ -157,8 +155,8 @@ fn row(
     if let Some(missed) = missed.filter(|missed| *missed > 0) {
         short.push(Shortfall::Rate { missed });
     }
-    if let Some((watts, budget)) = power_w.zip(limits.budget_w).filter(|(w, budget)| w > budget) {
-        short.push(Shortfall::Budget { watts, budget });
+    if let Some((_, budget)) = power_w.zip(limits.budget_w).filter(|(w, budget)| w > budget) {
+        short.push(Shortfall::Budget { budget });
     }
     if let Some((ms, _)) = latency.zip(limits.latency_ms).filter(|(ms, most)| ms > most) {
         short.push(Shortfall::Latency { ms });
