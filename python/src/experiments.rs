@@ -301,7 +301,7 @@ pub fn validate(
                 judge(row, ours.as_ref(), tables.before(row))
             })
             .collect();
-        Ok(report::validate::json(&judged))
+        Ok(report::validate::json(&tables, &judged))
     };
     let json = watch::run(py, progress, (Counts::Steps, "frames on machines"), work)?;
     if check && json["passed"] == Json::Bool(false) {

@@ -13,10 +13,7 @@ use powergs_core::sim::MODEL_VERSION;
 use powergs_report::validate as pages;
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{MEMORY, measure_on, of_any_scene, steps, value};
-use powergs_study::validate::{
-    BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge,
-    measure,
-};
+use powergs_study::validate::{Baseline, Built, Judged, MachineName, Row, Tables, judge, measure};
 use powergs_views::rendered;
 
 /// Shown under `validate --help`.
@@ -190,9 +187,9 @@ fn finish(
         write_atomically(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
     }
     if context.global.json {
-        out::json(&pages::json(judged))?;
+        out::json(&pages::json(tables, judged))?;
     } else if !context.global.quiet {
-        out::document(&pages::document(judged))?;
+        out::document(&pages::document(tables, judged))?;
     }
     let is_bad = |j: &Judged| match args.bless {
         true => j.verdict == powergs_study::validate::Verdict::Fails,
@@ -203,15 +200,22 @@ fn finish(
 
 fn tables(folder: Option<&Path>) -> Result<Tables, Failure> {
     let Some(folder) = folder else {
-        return Tables::parse(PUBLISHED, WORKLOADS, BASELINE).or_exit(Exit::Internal, "embedded");
+        return Ok(Tables::embedded());
     };
     let read = |name: &str| table(&folder.join(name));
     let baseline = match folder.join("baseline.csv").exists() {
         true => read("baseline.csv")?,
         false => "id,workload,ours\n".to_owned(),
     };
-    Tables::parse(&read("published.csv")?, &read("workloads.csv")?, &baseline)
-        .or_exit(Exit::Usage, folder.display())
+    let tables = Tables::parse(&read("published.csv")?, &read("workloads.csv")?, &baseline);
+    let tables = match folder.join("ledger.csv").exists() {
+        true => {
+            let ledger = read("ledger.csv")?;
+            tables.and_then(|tables| tables.with_ledger(&ledger))
+        }
+        false => tables,
+    };
+    tables.or_exit(Exit::Usage, folder.display())
 }
 
 /// The text of a table or page.

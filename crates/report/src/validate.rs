@@ -8,7 +8,9 @@ use powergs_chart::Format;
 
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use powergs_study::validate::numbers::mean;
-use powergs_study::validate::{Gap, Judged, Parts, Row, Status, Tables, Verdict, Workload};
+use powergs_study::validate::{
+    Evidence, Family, Gap, Judged, Parts, Row, RowOff, Status, Tables, Verdict, Workload,
+};
 
 const HEAD: &str = "\
 # Validation
@@ -20,12 +22,21 @@ when an enforced row leaves its tolerance, or when any row is farther from its p
 `tests/validation/baseline.csv` says. `powergs-sim validate --quick` takes the rows without frames
 and those on quick workloads: a minute.
 
-A row is one published number; where it is a mean over scenes, or holds for several, ours is the
-mean over the workloads of the row. Its status says what it is good for:
+**What is evidence** is said by a ledger (`tests/validation/ledger.csv`): each row is entered once,
+with its day and the version of the models, as a *prediction* or as *calibrated*, where the number
+or a look at ours has decided something that ours depends on. The file is append-only. A prediction
+that misses stays in all counts; another definition of a row is another entry, calibrated. Rows of
+one experiment are a family and count once, by the geometric mean of how many times too large or too
+small ours is. A family is evidence if all of its tolerances are 25 % at most, its error is inside
+of that, and at most half of what a model without the mechanism gives (the *null*), by logarithms.
+The rows of 2026-11-29 and before were entered on that day by what the history of this repository
+shows, and their nulls were chosen when ours was known: only later entries are free of that.
 
-- *enforced*: held out, within 25 % at most. Only these rows are evidence; they must hold.
-- *calibrated*: the published value set a price, a key, an organisation or a workload that the row
-  depends on. It must hold, and proves nothing.
+A row is one published number; where it is a mean over scenes, or holds for several, ours is the
+mean over the workloads of the row. What a change of the simulator may do to it:
+
+- *enforced*: within 25 % at most; it must hold.
+- *calibrated*: the published value set something that the row depends on. It must hold.
 - *plausibility*: the range is wide, or what is compared is defined loosely, so that a wrong
   simulator may pass, too. It must hold.
 - *known gap*: outside of its tolerance, because publications contradict each other (contradiction),
@@ -45,7 +56,8 @@ pub const HALF: f64 = 0.5;
 /// `evidence/validation.md`.
 pub fn page(tables: &Tables, judged: &[Judged]) -> String {
     let mut page = Document::new();
-    page.paragraph(format!("{}.", summary(judged)));
+    evidence(&mut page, tables, judged);
+    page.paragraph(format!("Guards against changes: {}.", summary(judged)));
     if let Some(model) = tables.model {
         page.paragraph(model_line(model));
     }
@@ -132,7 +144,7 @@ pub fn scenes_json(rows: &[&Row], scenes: &[(String, Parts)]) -> Value {
 }
 
 /// What is printed.
-pub fn document(judged: &[Judged]) -> Document {
+pub fn document(tables: &Tables, judged: &[Judged]) -> Document {
     let mut page = Document::new();
     for section in sections(judged) {
         page.add(Block::Table(rows(section[0].row.section.as_str(), section)));
@@ -140,8 +152,86 @@ pub fn document(judged: &[Judged]) -> Document {
     if judged.iter().any(|j| j.row.gain.is_some()) {
         page.add(Block::Table(gains(judged)));
     }
-    page.paragraph(summary(judged));
+    page.paragraph(format!("Guards against changes: {}.", summary(judged)));
+    evidence(&mut page, tables, judged);
     page
+}
+
+/// What predictions come to: in words, by family, and the farthest.
+fn evidence(page: &mut Document, tables: &Tables, judged: &[Judged]) {
+    let found = tables.ledger.standing(judged);
+    let Some(text) = evidence_line(&found) else { return };
+    page.paragraph(Text::marked(&text));
+    let times = |x: f64| format!("{:.2}", x);
+    let real = |head: &str| Column::new(head, Kind::Real(times));
+    let mut table = Table::new([
+        Column::text("family"),
+        Column::count("rows"),
+        real("off by, times"),
+        real("worst row, times"),
+        real("null off by, times"),
+        Column::text("evidence"),
+    ]);
+    let mut families: Vec<&Family> = found.families.iter().collect();
+    families.sort_by(|a, b| b.is_evidence.cmp(&a.is_evidence).then(a.error.total_cmp(&b.error)));
+    for family in families {
+        table.row([
+            Text::code(family.name.clone()).into(),
+            family.rows.to_string().into(),
+            Some(family.error).into(),
+            Some(family.worst).into(),
+            family.null.into(),
+            if family.is_evidence { "yes" } else { "no" }.into(),
+        ]);
+    }
+    page.page_heading("Predictions, by experiment");
+    page.on(Shown::Page, Block::Table(table));
+}
+
+/// What predictions come to, in a few sentences; `None` where none was measured.
+pub fn evidence_line(found: &Evidence) -> Option<String> {
+    let error = found.error?;
+    let off = |row: &RowOff| format!("`{}` {:.1}", row.row, row.times);
+    let worst: Vec<String> = found.worst.iter().map(off).collect();
+    let families: Vec<String> = found.of_worth().map(|f| format!("`{}`", f.name)).collect();
+    Some(format!(
+        "Of {} predictions {} are inside of their tolerance and {} within 25 %; ours is {error:.2} \
+         times too large or too small (geometric mean). {} of {} experiments are evidence: {}. \
+         Farthest, in times: {}. Of {} calibrated rows {} are outside of their tolerance.",
+        found.predictions,
+        found.inside,
+        found.within_quarter,
+        families.len(),
+        found.families.len(),
+        if families.is_empty() { "none".to_owned() } else { families.join(", ") },
+        worst.join(", "),
+        found.calibrated,
+        found.calibrated_missed
+    ))
+}
+
+fn evidence_json(found: &Evidence) -> Value {
+    let off = |row: &RowOff| json!({ "id": row.row, "times": row.times });
+    let family = |f: &Family| {
+        json!({
+            "name": f.name,
+            "rows": f.rows,
+            "error": f.error,
+            "worst": f.worst,
+            "null": f.null,
+            "is_evidence": f.is_evidence,
+        })
+    };
+    json!({
+        "predictions": found.predictions,
+        "inside": found.inside,
+        "within_quarter": found.within_quarter,
+        "error": found.error,
+        "worst": found.worst.iter().map(off).collect::<Vec<_>>(),
+        "families": found.families.iter().map(family).collect::<Vec<_>>(),
+        "calibrated": found.calibrated,
+        "calibrated_missed": found.calibrated_missed,
+    })
 }
 
 /// Rows of one section after the other.
@@ -367,9 +457,10 @@ pub fn headline(judged: &Judged) -> String {
 }
 
 /// The same as JSON.
-pub fn json(judged: &[Judged]) -> Value {
+pub fn json(tables: &Tables, judged: &[Judged]) -> Value {
     let bad = judged.iter().any(Judged::is_bad);
-    json!({ "rows": rows_json(judged), "passed": !bad })
+    let evidence = evidence_json(&tables.ledger.standing(judged));
+    json!({ "rows": rows_json(judged), "evidence": evidence, "passed": !bad })
 }
 
 /// Every row as JSON.

@@ -11,6 +11,7 @@
 
 mod held;
 mod judge;
+mod ledger;
 mod metric;
 pub mod numbers;
 mod row;
@@ -20,6 +21,7 @@ mod workload;
 
 pub use held::{HeldRows, headline, rows_of, stored_model};
 pub use judge::{Judged, Verdict, judge};
+pub use ledger::{Evidence, Family, Ledger, LedgerEntry, RowOff, Standing, definition};
 pub use metric::{Block, Metric};
 pub use numbers::{Baseline, Parts, Tables, TablesError};
 pub use row::{Gap, MachineName, Row, Status, Tolerance};
@@ -30,5 +32,7 @@ pub use workload::Workload;
 pub const PUBLISHED: &str = include_str!("../validation/published.csv");
 /// Their workloads.
 pub const WORKLOADS: &str = include_str!("../validation/workloads.csv");
+/// What they are worth as evidence.
+pub const LEDGER: &str = include_str!("../validation/ledger.csv");
 /// What came out the last time.
 pub const BASELINE: &str = include_str!("../validation/baseline.csv");

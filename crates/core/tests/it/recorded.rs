@@ -196,9 +196,29 @@ fn they_keep_the_laws() {
         frames: &frames,
         settled: &[],
         slack: 0.0,
-        idle_keys: &[],
+        // What a frame is and how many are under way is said of the run, and not found by it.
+        idle_keys: &["recorded.task", "recorded.under-way"],
     };
     assert_eq!(broken(&trial), Vec::<String>::new());
+}
+
+#[test]
+fn what_a_frame_of_a_run_is_is_said() {
+    let frame = small_frame(0);
+    let text = made_up(&frame, &mut Pcg64Mcg::seed_from_u64(7));
+    let task = |sets: &[&str]| {
+        let machine = machine(sets, &text).expect("a machine");
+        let flow = machine.flow();
+        (flow.task(&machine).name(), flow.under_way(&machine))
+    };
+    assert_eq!(task(&[]), ("render".to_owned(), 1));
+    let sets = ["recorded.task=track, 1 pixel in 256", "recorded.under-way=2"];
+    assert_eq!(task(&sets), ("track, 1 pixel in 256".to_owned(), 2));
+    let refused = machine(&["recorded.task=paint"], &text).expect_err("no task");
+    assert!(refused.to_string().contains("what comparisons call a task"), "{refused}");
+    // A picture is there no sooner than the next one may begin.
+    let refused = machine(&["recorded.under-way=0"], &text).expect_err("less than an interval");
+    assert!(refused.to_string().contains("under-way"), "{refused}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn the_page_is_that_of_the_tables() {
     let judged: Vec<Judged> = tables.rows.iter().map(of_baseline).collect();
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../evidence/validation.md");
     expect_file![path].assert_eq(&page(&tables, &judged));
-    for line in document(&judged).terminal(80).lines() {
+    for line in document(&tables, &judged).terminal(80).lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
 

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::row::{MachineName, Row, Status, Tolerance};
-use super::{Metric, Workload};
+use super::{Ledger, Metric, Workload};
 use powergs_scene::synth::Preset;
 
 const SIDE_MAX: u32 = 16_384;
@@ -72,6 +72,8 @@ pub struct Tables {
     pub baseline: Baseline,
     /// Version of the models that all of it came out of, where the file says so.
     pub model: Option<u32>,
+    /// What each row is worth as evidence; empty where nothing says so.
+    pub ledger: Ledger,
 }
 
 impl Tables {
@@ -84,7 +86,15 @@ impl Tables {
         let rows = parse_rows(published, &workloads)?;
         let model = parse_model(baseline)?;
         let baseline = parse_baseline(baseline)?;
-        Ok(Tables { rows, workloads, baseline, model })
+        Ok(Tables { rows, workloads, baseline, model, ledger: Ledger::default() })
+    }
+
+    /// The same with the ledger of its rows.
+    ///
+    /// # Errors
+    /// As [`Ledger::parse`].
+    pub fn with_ledger(self, text: &str) -> Result<Tables, TablesError> {
+        Ok(Tables { ledger: Ledger::parse(text, &self.rows)?, ..self })
     }
 
     /// The tables with a new baseline: values that were measured with `model`, on top of those of
@@ -103,8 +113,9 @@ impl Tables {
     /// # Panics
     /// Never: tests read them.
     pub fn embedded() -> Tables {
-        Tables::parse(super::PUBLISHED, super::WORKLOADS, super::BASELINE)
-            .expect("embedded tables are checked by tests")
+        let tables = Tables::parse(super::PUBLISHED, super::WORKLOADS, super::BASELINE);
+        let tables = tables.and_then(|tables| tables.with_ledger(super::LEDGER));
+        tables.expect("embedded tables are checked by tests")
     }
 
     /// Whether a row belongs to a quick run: it needs no frame, or only those of quick workloads.
@@ -143,7 +154,10 @@ pub fn baseline_csv(tables: &Tables, measured: &Baseline, model: u32) -> String 
     text
 }
 
-fn records<T: DeserializeOwned>(table: &'static str, text: &str) -> Result<Vec<T>, TablesError> {
+pub(super) fn records<T: DeserializeOwned>(
+    table: &'static str,
+    text: &str,
+) -> Result<Vec<T>, TablesError> {
     let mut reader = csv::ReaderBuilder::new();
     let mut reader = reader.trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let records = reader.deserialize().collect::<Result<_, _>>();
@@ -151,19 +165,24 @@ fn records<T: DeserializeOwned>(table: &'static str, text: &str) -> Result<Vec<T
 }
 
 /// A row that is being read: makes errors.
-struct NumberPlace<'a> {
-    table: &'static str,
-    id: &'a str,
+pub(super) struct NumberPlace<'a> {
+    pub(super) table: &'static str,
+    pub(super) id: &'a str,
 }
 
 impl NumberPlace<'_> {
-    fn fault(&self, column: &'static str, value: &str, what: impl Into<String>) -> TablesError {
+    pub(super) fn fault(
+        &self,
+        column: &'static str,
+        value: &str,
+        what: impl Into<String>,
+    ) -> TablesError {
         let (table, id) = (self.table, self.id.to_owned());
         TablesError::Cell { table, id, column, value: value.to_owned(), what: what.into() }
     }
 
     /// The value, unless it is `None`.
-    fn need<T>(
+    pub(super) fn need<T>(
         &self,
         column: &'static str,
         text: &str,

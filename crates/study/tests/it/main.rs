@@ -3,6 +3,7 @@
 mod analysis;
 mod estimators;
 mod extract;
+mod ledger;
 mod regressions;
 mod replay;
 mod sensitivity;
