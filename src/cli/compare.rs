@@ -15,9 +15,11 @@ use super::progress::{ProgressCounts, WatchedProgress};
 use super::replay::DEFAULT_DISPLAY;
 use super::run_folder::{ReportArgs, RunFolder};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
+use clap::ValueEnum;
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::config::knob;
 use powergs_base::quantity::Watts;
+use powergs_chart::Chart;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, System, SystemSpec, TraceFile};
 use powergs_report::compare::Decided;
@@ -110,9 +112,52 @@ pub struct CompareCommandArgs {
     /// Display: a preset of `arch-configs/display`, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_DISPLAY)]
     pub display: String,
+    /// Only these charts
+    #[arg(long = "charts", value_enum, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(help_heading = "Charts", hide_short_help = true)]
+    pub only_charts: Vec<CompareChart>,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
+}
+
+/// Charts of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum CompareChart {
+    /// Slowest frames and powers, with the lines of what is asked for
+    Decision,
+    /// Power at the display rate by component, of one trace
+    Power,
+    /// Where the cycles go, of one trace
+    Cycles,
+    /// Energy per frame by component, over several traces
+    Breakdown,
+    /// Speed-ups and energy gains over several traces
+    Speedup,
+    /// Where a step of training goes
+    Steps,
+}
+
+impl CompareChart {
+    /// Those of `charts` that are asked for.
+    ///
+    /// # Errors
+    /// Exit code 2: none of these comes of what is compared.
+    fn of(asked: &[CompareChart], mut charts: Vec<Chart>) -> Result<Vec<Chart>, Failure> {
+        let has_name = |chart: &Chart, asked: &CompareChart| {
+            asked.to_possible_value().is_some_and(|value| value.get_name() == chart.name)
+        };
+        let made: Vec<&str> = charts.iter().map(|chart| chart.name).collect();
+        if let Some(missing) = asked.iter().find(|asked| !charts.iter().any(|c| has_name(c, asked)))
+        {
+            let name = missing.to_possible_value();
+            let name = name.as_ref().map_or("", |value| value.get_name());
+            let what = format!("--charts {name}: what is compared has {}", made.join(", "));
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        charts.retain(|chart| asked.is_empty() || asked.iter().any(|asked| has_name(chart, asked)));
+        Ok(charts)
+    }
 }
 
 /// How tables for papers are written.
@@ -206,8 +251,15 @@ pub fn run(args: &CompareCommandArgs, context: &Context) -> Result<Exit, Failure
         },
     };
     match &speedup {
-        Some(speedup) => write_all(&folder, &all, decided, speedup, &context.drawing)?,
-        None => write(&folder, comparison, decided, &context.drawing)?,
+        Some(speedup) => {
+            let charts =
+                CompareChart::of(&args.only_charts, charts_of_all(&all, decided, speedup))?;
+            write_all(&folder, &all, decided, speedup, &charts, &context.drawing)?;
+        }
+        None => {
+            let charts = CompareChart::of(&args.only_charts, charts_of(comparison, decided))?;
+            write(&folder, comparison, decided, &charts, &context.drawing)?;
+        }
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
@@ -267,10 +319,30 @@ fn goal(args: &CompareCommandArgs, comparison: &Comparison) -> Result<Exit, Fail
     Ok(Exit::GoalMissed)
 }
 
+/// The charts of machines on one trace.
+fn charts_of(comparison: &Comparison, decided: Decided<'_>) -> Vec<Chart> {
+    let (one, trace) = (std::slice::from_ref(comparison), &comparison.sides[0].trace);
+    let decision = compare::decision_chart(one, decided, std::slice::from_ref(trace));
+    let own = compare::charts(comparison, decided.limits.budget_w);
+    [decision].into_iter().chain(own).collect()
+}
+
+/// The charts of machines on several traces.
+fn charts_of_all(all: &[Comparison], decided: Decided<'_>, speedup: &SpeedUp) -> Vec<Chart> {
+    let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
+    let frames = all[0].sides[0].shown.counted(frames);
+    let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
+    let decision = compare::decision_chart(all, decided, &speedup.traces);
+    let mut charts = vec![decision, chart, compare::breakdown(all, &speedup.traces)];
+    charts.extend(compare::steps_chart(all, &speedup.traces));
+    charts
+}
+
 fn write(
     folder: &RunFolder,
     comparison: &Comparison,
     decided: Decided<'_>,
+    charts: &[Chart],
     drawing: &Drawing,
 ) -> Result<(), Failure> {
     let record = compare::run_toml(comparison).or_exit(Exit::Internal, "run.toml")?;
@@ -279,9 +351,8 @@ fn write(
     let (one, trace) = (std::slice::from_ref(comparison), &comparison.sides[0].trace);
     let table = compare::decision_csv(one, decided.decision, std::slice::from_ref(trace));
     folder.write("decision.csv", &table)?;
-    let charts = compare::charts(comparison, decided.limits.budget_w);
-    folder.write_pages(&compare::document(comparison, decided, &charts, None), drawing)?;
-    folder.write_charts(&charts, drawing)
+    folder.write_pages(&compare::document(comparison, decided, charts, None), drawing)?;
+    folder.write_charts(charts, drawing)
 }
 
 /// The files of machines on several traces.
@@ -290,6 +361,7 @@ fn write_all(
     all: &[Comparison],
     decided: Decided<'_>,
     speedup: &SpeedUp,
+    charts: &[Chart],
     drawing: &Drawing,
 ) -> Result<(), Failure> {
     let record = compare::run_toml_of(all).or_exit(Exit::Internal, "run.toml")?;
@@ -298,14 +370,8 @@ fn write_all(
     folder.write("compare.csv", &compare::compare_csv_of(all, &speedup.traces))?;
     let table = compare::decision_csv(all, decided.decision, &speedup.traces);
     folder.write("decision.csv", &table)?;
-    let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
-    let frames = all[0].sides[0].shown.counted(frames);
-    let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
-    let decision = compare::decision_chart(all, decided, &speedup.traces);
-    let mut charts = vec![decision, chart, compare::breakdown(all, &speedup.traces)];
-    charts.extend(compare::steps_chart(all, &speedup.traces));
-    folder.write_pages(&compare::document_of(all, decided, speedup, &charts, None), drawing)?;
-    folder.write_charts(&charts, drawing)
+    folder.write_pages(&compare::document_of(all, decided, speedup, charts, None), drawing)?;
+    folder.write_charts(charts, drawing)
 }
 
 /// Finished reports.

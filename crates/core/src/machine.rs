@@ -27,7 +27,8 @@ mod reference;
 
 pub use crate::kernel::masters::MASTERS;
 pub use crate::kernel::spec::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, External, MasterSpec, NO_DEVICE, Ports, Priority,
+    AccessOrder, BufferSpec, DramModel, DramSpec, External, MasterSpec, MemoryOwner, NO_DEVICE,
+    Ports, Priority,
 };
 pub use exclusion::{Exclusion, KeyValues};
 pub use optional::{Optional, without_key};

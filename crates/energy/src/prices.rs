@@ -30,6 +30,8 @@ pub struct Prices {
     pub area: Option<Area>,
     /// Standby of the chip's side of all memory channels (PHY), watts: a part of the background.
     pub phy_standby_w: f64,
+    /// The share of the memory's own background and refresh that is paid, 0 to 1.
+    pub standby_share: f64,
     /// Voltage, and what it does to the prices above; `None` where the table has no curve.
     pub supply: Option<Supply>,
     /// What stays of static powers between frames.
@@ -218,6 +220,8 @@ impl Prices {
                 [[device.active_w(), device.power_down_w()], [device.refresh_w; 2]]
             }
         };
+        let [background, refresh] =
+            [background, refresh].map(|both| both.map(|watts| watts * self.standby_share));
         let [running, idle] = background.map(|watts| watts + self.phy_standby_w);
         let background = [running, idle * self.kept.background];
         let all = [leakage, background, refresh];

@@ -231,6 +231,10 @@ pub struct Built<'a> {
     pub device: Option<DramCosts>,
     /// Memory channels.
     pub channels: f64,
+    /// Those of them whose PHY and controllers are on the chip.
+    pub phy_channels: f64,
+    /// The share of the memory's background and refresh that is paid, 0 to 1.
+    pub standby_share: f64,
     /// Clock of all units.
     pub clock: Hertz,
 }
@@ -313,7 +317,7 @@ impl<C: Catalogue> EnergyTable<C> {
         let per_action = hardware.actions().map(|(_, does)| one(does)).collect::<Result<_, _>>()?;
         let idle_leakage = built.idle_leakage;
         let area = self.area_of(built.inventory, &banks, &factors, &grown, numbers.area)?;
-        let of_channels = |per_channel: f64| SquareMillimetres(per_channel * built.channels);
+        let of_channels = |per_channel: f64| SquareMillimetres(per_channel * built.phy_channels);
         let area = area.map(|area| match &self.phy {
             Some(phy) => Area {
                 phy: of_channels(phy.area.area.0),
@@ -323,13 +327,14 @@ impl<C: Catalogue> EnergyTable<C> {
             None => area,
         });
         let phy_standby_w =
-            self.phy.as_ref().map_or(0.0, |phy| phy.standby.power.0 * built.channels);
+            self.phy.as_ref().map_or(0.0, |phy| phy.standby.power.0 * built.phy_channels);
         Ok(Prices {
             hardware,
             per_action,
             unit_leakage_w,
             sram_leakage_w,
             idle_leakage,
+            standby_share: built.standby_share,
             dram,
             area,
             phy_standby_w,

@@ -21,7 +21,7 @@ mod workload;
 
 pub use held::{HeldRows, headline, rows_of, stored_model};
 pub use judge::{Judged, Verdict, judge};
-pub use ledger::{Evidence, Family, Ledger, LedgerEntry, RowOff, Standing, definition};
+pub use ledger::{Evidence, Family, LedgerRow, RowLedger, RowOff, RowStanding, definition};
 pub use metric::{Block, Metric};
 pub use numbers::{Baseline, Parts, Tables, TablesError};
 pub use row::{Gap, MachineName, Row, Status, Tolerance};

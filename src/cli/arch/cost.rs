@@ -37,7 +37,7 @@ impl Cost {
             step: table.node_step(),
             clock: machine.clock,
             channels: untimed(machine)[1],
-            dram_standby_w: prices.dram.standby_w(),
+            dram_standby_w: prices.dram.standby_w().map(|watts| watts * prices.standby_share),
         }
     }
 

@@ -166,10 +166,11 @@ fn tasks_have_no_ratios_and_tables_are_for_papers() {
     page.stdout(predicate::str::contains("tasks differ (render, train all)"))
         .stdout(predicate::str::contains("--across-tasks"));
     let tex = program(&machines).args(["--force", "--table", "tex"]).assert().code(0);
-    tex.stdout(predicate::str::starts_with("\\begin{tabular}{llrrrrl}\n\\toprule\n"))
-        .stdout(predicate::str::contains("gscore & render & "));
+    tex.stdout(predicate::str::starts_with("\\begin{tabular}{lrrrlr}\n\\toprule\n"))
+        .stdout(predicate::str::contains("gscore (render) & "))
+        .stdout(predicate::str::contains("\n% tasks differ (render, train all)"));
     let md = program(&machines).args(["--force", "--table", "md"]).assert().code(0);
-    md.stdout(predicate::str::contains("| gsarch | train |"));
+    md.stdout(predicate::str::contains("| gsarch (train) |"));
     program(&machines).args(["--force", "--table", "md", "--json"]).assert().code(2);
 }
 
@@ -187,6 +188,8 @@ fn usage() {
         (&["traces", "reports"][..], 3, "is its folder a finished report"),
         (&["gscore"][..], 2, "one machine only"),
         (&["gscore", "edge", TRACE, "--at-least", "0"][..], 2, "must be above zero"),
+        (&["gscore", "edge", TRACE, "--charts", "speedup"][..], 2, "has decision, power, cycles"),
+        (&["gscore", "edge", TRACE, "--charts", "pie"][..], 2, "decision, power, cycles"),
         (&["gscore", "edge", TRACE, "--chart-size", "3.5"][..], 2, "3.5in, 88mm, 8.8cm or 252pt"),
         (&["gscore", "edge", TRACE, "--chart-size", "wide"][..], 2, "column, page or slide"),
         (&["gscore", "edge", TRACE, "--chart-size", "88m"][..], 2, "a width with its unit"),
@@ -197,6 +200,16 @@ fn usage() {
         let failed = program(arguments).assert().code(code);
         failed.stderr(predicate::str::contains(words));
     }
+}
+
+#[test]
+fn only_the_charts_that_are_asked_for_are_drawn() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("c");
+    let args = ["gscore", "edge", TRACE, "--frames", "0..1", "--charts", "power,decision", "--out"];
+    program(&[&args[..], &[out.to_str().expect("a path")]].concat()).assert().code(0);
+    let drawn = |name: &str| out.join(name).exists();
+    assert!(drawn("power.png") && drawn("decision.png") && !drawn("cycles.png"));
 }
 
 #[test]

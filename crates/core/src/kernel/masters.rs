@@ -5,7 +5,8 @@
 //! it, in an order that is the same in every frame. A request that finds `in-flight` others under
 //! way waits until the oldest of them is done, and the requests that fell due meanwhile follow at
 //! once. With the `banked` model the requests take their places among those of the accelerator by
-//! arrival, or by `priority` and `guaranteed`; the `bandwidth` model takes their share off its rate.
+//! arrival, or by `priority` and `guaranteed`; the `bandwidth` model takes their share off its
+//! rate.
 
 use crate::kernel::spec::{AccessOrder, DramSpec, MasterSpec, Priority};
 use powergs_base::quantity::BytesPerSecond;
@@ -85,8 +86,8 @@ impl MasterSpec {
     }
 }
 
-/// How long a master is asked for its ceiling: so many requests, fewer of so many bytes together,
-/// but some.
+/// How long a master is asked for its ceiling: this number of requests, fewer where they have more
+/// than this number of bytes together, but some.
 const REQUESTS: u64 = 4096;
 const BYTES: u64 = 1 << 19;
 const FEWEST: u64 = 64;

@@ -104,6 +104,13 @@ pub struct DramSpec {
     /// Controller, PHY and interconnect of the `calibrated` and `banked` models, added to
     /// every read.
     pub controller_latency: Nanoseconds,
+    /// Whose it is: who has its PHY and controllers, and pays while it stands by.
+    #[serde(default)]
+    pub owner: MemoryOwner,
+    /// The part of its background and refresh that the machine pays, where others own it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
+    pub standby_share: Option<f64>,
     /// Another user of the memory.
     #[serde(default)]
     pub second_master: MasterSpec,
@@ -113,6 +120,17 @@ pub struct DramSpec {
     /// A further one.
     #[serde(default)]
     pub fourth_master: MasterSpec,
+}
+
+/// Who owns a memory.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MemoryOwner {
+    /// The machine, alone.
+    #[default]
+    Chip,
+    /// The chip around it, which would have it anyway: the machine has no PHY and no controllers.
+    Shared,
 }
 
 /// The `[dram.second-master]` table and those of further ones: a GPU, a display or a camera that

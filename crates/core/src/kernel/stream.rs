@@ -87,7 +87,7 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// Most streams of a dataflow: the counters of a device tell so many apart, and other
+    /// Most streams of a dataflow: the counters of a device tell these apart, and other
     /// masters.
     pub const MOST: usize = powergs_dram::stats::CLASSES - super::masters::MASTERS.len();
 

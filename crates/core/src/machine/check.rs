@@ -1,7 +1,9 @@
 //! Consistency of the keys of a machine file: those that all machines have, then those of the
 //! dataflow.
 
-use super::{DramModel, DramSpec, MASTERS, Machine, MasterSpec, NO_DEVICE, Priority, exclusion};
+use super::{
+    DramModel, DramSpec, MASTERS, Machine, MasterSpec, MemoryOwner, NO_DEVICE, Priority, exclusion,
+};
 use powergs_base::quantity::{Bytes, BytesPerSecond};
 
 /// The largest buffer or record that is believed: 1 GiB.
@@ -206,6 +208,12 @@ fn memory(m: &Machine, found: &mut Found) {
             let (key, request) = (keys.request, master.request);
             found.add(key, format!("`{key}` = {request} must be from 1 B to {RECORD_MAX}"));
         }
+    }
+    if dram.owner == MemoryOwner::Shared && dram.standby_share.is_none() {
+        let message = "`dram.owner` = \"shared\" needs `dram.standby-share`, the part of the \
+                       memory's background and refresh that the machine pays: 0 where the others \
+                       keep it awake anyway";
+        found.add("dram.standby-share", message.to_owned());
     }
     if dram.has_device() {
         return;

@@ -4,7 +4,7 @@
 use toml::Table;
 
 use crate::flow::{self, Dataflow};
-use crate::machine::Machine;
+use crate::machine::{Machine, MemoryOwner};
 use powergs_base::config::{Config, Place, Problem};
 
 /// A part with keys of its own.
@@ -23,7 +23,14 @@ pub struct Optional {
 }
 
 /// Those of every dataflow.
-const COMMON: [Optional; 4] = [
+const COMMON: [Optional; 5] = [
+    Optional {
+        what: "a memory of others",
+        switch: "dram.owner",
+        keys: &["dram.standby-share"],
+        with: &["dram.owner=shared", "dram.standby-share=0.25"],
+        is_there: |m| m.dram.owner == MemoryOwner::Shared,
+    },
     Optional {
         what: "a second master",
         switch: "dram.second-master.rate",

@@ -51,6 +51,8 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         channels,
         mapping,
         controller_latency,
+        owner: _,
+        standby_share: _,
         second_master: _,
         third_master: _,
         fourth_master: _,

@@ -1,7 +1,7 @@
 //! Costs of a machine that do not depend on a frame: prices, and the peak power of each block.
 
 use crate::machine::DramModel;
-use crate::machine::Machine;
+use crate::machine::{Machine, MemoryOwner};
 use crate::stage::{self, EnergyTable};
 use powergs_dram::{CommandPrices, Device};
 use powergs_energy::hardware::{Does, Unpriced};
@@ -15,7 +15,7 @@ use powergs_energy::{Built, DramCosts, Prices};
 /// A machine that the table has no price for.
 pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceError> {
     let inventory = machine.inventory();
-    let [idle_leakage, channels] = untimed(machine);
+    let [idle_leakage, channels, phy_channels, standby_share] = untimed(machine);
     let device = machine.device.as_deref().map(|device| match machine.dram.model {
         DramModel::Bandwidth => {
             device_costs(device).uncounted(device.organisation.burst, table.dram.row_hits())
@@ -29,16 +29,24 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
         numbers: machine.flow().numbers(machine),
         device,
         channels,
+        phy_channels,
+        standby_share,
         clock: machine.clock,
     })
 }
 
 /// What of a machine moves prices and may leave its timing as it is: the share of its leakage that
-/// a unit without work keeps, and memory channels.
-pub fn untimed(machine: &Machine) -> [f64; 2] {
+/// a unit without work keeps, memory channels, those with a PHY on the chip, and the share of the
+/// memory's standby that is its own.
+pub fn untimed(machine: &Machine) -> [f64; 4] {
     let gating = &machine.gating;
     let channels = machine.flow().channels(machine);
-    [if gating.units { gating.residual } else { 1.0 }, channels]
+    let leakage = if gating.units { gating.residual } else { 1.0 };
+    let [phy, standby] = match machine.dram.owner {
+        MemoryOwner::Chip => [channels, 1.0],
+        MemoryOwner::Shared => [0.0, machine.dram.standby_share.unwrap_or(1.0)],
+    };
+    [leakage, channels, phy, standby]
 }
 
 /// The prices of a DRAM device: one per byte, or one per command.

@@ -14,7 +14,7 @@ use powergs_core::kernel::buffer::{BufferAllocator, usage};
 use powergs_core::kernel::divide::Divisor;
 use powergs_core::kernel::dram::{Channel, Dram, TICKS};
 use powergs_core::machine::Machine;
-use powergs_core::machine::{BufferSpec, DramModel, DramSpec, MasterSpec, Ports};
+use powergs_core::machine::{BufferSpec, DramModel, DramSpec, MasterSpec, MemoryOwner, Ports};
 use powergs_core::stage::{DRAM_READ, DRAM_WRITE, buffer_id, sram_read, sram_write, work_id};
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, StoragePrefix, TileWork};
 use powergs_dram::device::Order;
@@ -355,6 +355,8 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         channels: 8,
         mapping: Order::RoBaCoCh,
         controller_latency: Nanoseconds(40.0),
+        owner: MemoryOwner::Chip,
+        standby_share: None,
         second_master: MasterSpec::default(),
         third_master: MasterSpec::default(),
         fourth_master: MasterSpec::default(),

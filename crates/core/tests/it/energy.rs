@@ -42,6 +42,7 @@ fn prices() -> Prices {
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,
         phy_standby_w: 0.0,
+        standby_share: 1.0,
         supply: None,
         kept: IdleShares::ALL,
     }

@@ -214,12 +214,44 @@ fn a_rate_beyond_the_pattern_is_refused() {
             .chain([format!("dram.second-master.rate={rate}")])
             .collect::<Vec<_>>()
     };
-    let refused = system(&sets("9 GB/s")).err().expect("two requests carry less");
+    let refused = system(&sets("9 GB/s")).expect_err("two requests carry less");
     for part in ["`dram.second-master.rate` = 9 GB/s", "2 of them under way", "in-flight"] {
         assert!(refused.contains(part), "{refused}");
     }
     assert!(system(&sets("500 MB/s")).is_ok());
     let more = "dram.second-master.guaranteed=2 GB/s".to_owned();
     let more: Vec<String> = sets("500 MB/s").into_iter().chain([more]).collect();
-    assert!(system(&more).err().expect("more than it asks for").contains("guaranteed"));
+    assert!(system(&more).expect_err("more than it asks for").contains("guaranteed"));
+}
+
+/// Who shares a memory has none of its PHY, and its part of the standby; the frame is the same.
+#[test]
+fn a_memory_of_others_costs_what_is_said() {
+    for model in MODELS {
+        let own = replayed(model, &[]);
+        let shared = |share: &str| {
+            let share = format!("dram.standby-share={share}");
+            replayed(model, &["dram.owner=shared", &share])
+        };
+        let [none, half, all] = ["0", "0.5", "1"].map(shared);
+        assert_eq!(own.timing(), half.timing(), "{model}");
+        let standby = |r: &FrameReport| r.standby.running_w[1] + r.standby.running_w[2];
+        assert!(own.phy_standby_w > 0.0 && half.phy_standby_w == 0.0, "{model}");
+        assert_eq!(standby(&none), 0.0, "{model}");
+        let whole = standby(&own) - own.phy_standby_w;
+        assert!((standby(&half) - 0.5 * whole).abs() < 1e-9, "{model}");
+        assert!((standby(&all) - whole).abs() < 1e-9, "{model}");
+        let area = |sets: &[String]| {
+            let area = system(sets).expect("a system").prices().area.clone().expect("an area");
+            (area.phy.0, area.controllers.0, area.core().0)
+        };
+        let sets = ["dram.owner=shared", "dram.standby-share=0"].map(str::to_owned);
+        let ((phy, controllers, core), bare) = (area(&[]), area(&sets));
+        assert!(phy > 0.0 && controllers > 0.0);
+        assert_eq!(bare, (0.0, 0.0, core));
+    }
+    let refused = system(&["dram.owner=shared".to_owned()]).expect_err("nobody says how much");
+    assert!(refused.contains("`dram.standby-share`"), "{refused}");
+    let refused = system(&["dram.standby-share=0.5".to_owned()]).expect_err("its own memory");
+    assert!(refused.contains("`dram.owner`"), "{refused}");
 }

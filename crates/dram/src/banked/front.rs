@@ -53,7 +53,7 @@ struct Slot {
 
 /// Requests of one rank.
 #[derive(Debug, Clone, Default)]
-struct Lane {
+struct RankLane {
     /// In program order, those of which not all bursts have entered.
     order: VecDeque<u32>,
     /// Next burst of the current piece of the first, and its end.
@@ -76,7 +76,7 @@ pub(super) struct Front {
     /// The CK in which the front end can do something.
     pub due: u64,
     /// Requests that wait or are entering, by rank; and which lanes have some, one bit each.
-    lanes: [Lane; LANES],
+    lanes: [RankLane; LANES],
     waiting: u64,
     /// Bursts that went first since others had their turn.
     passed: u64,
@@ -210,7 +210,7 @@ impl Front {
                 continue;
             }
             let room = self.window - (self.next - self.oldest);
-            // Who waits for all others does so at the controllers too: what has entered is not passed.
+            // Who waits for all others does so at the controllers too: nothing passes there.
             if room == 0 || (rank == Rank::Last as usize && !self.is_empty()) {
                 return sent;
             }

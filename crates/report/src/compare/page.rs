@@ -362,8 +362,8 @@ fn words(measure: Measure, comparison: &Comparison) -> String {
     words.to_owned()
 }
 
-/// What the tables of a comparison are not to be read without: the versions, what the numbers are of
-/// where that differs, and what else does.
+/// What the tables of a comparison are not to be read without: the versions, what the numbers are
+/// of where that differs, and what else does.
 pub fn caveats(comparison: &Comparison) -> Vec<String> {
     let basis = decision::basis_facts(comparison, &comparison.basis());
     let basis = basis.into_iter().map(|(part, text)| format!("{part}: {}", text.plain()));

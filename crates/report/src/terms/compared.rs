@@ -34,6 +34,25 @@ pub(super) const COMPARED: &[Term] = &[
         "ms",
         "The slowest frame; from 100 frames on what 99 % of them take at most.",
     ),
+    term(
+        &["latency, ms", "latency_ms"],
+        "ms",
+        "The slowest frame from its first read to its last write: where frames overlap, longer \
+         than from one to the next.",
+    ),
+    term(
+        &["power_at_fps", "W at own rate"],
+        "1/s",
+        "Frames or steps a second at which the power beside it is drawn: the display rate, or what \
+         is reached of it.",
+    ),
+    term(&["is_met"], "", "Whether everything that was asked for is met."),
+    term(
+        &["power_scope", "power is of"],
+        "",
+        "What powers and energies are of: the block that renders with its memory, a module, a \
+         board (`[scope]` of energy tables).",
+    ),
     term(&["missed"], "1", "Frames that take longer than a period of the display."),
     term(&["die, mm²"], "mm²", "Area of the die, PHY and memory controllers included."),
     term(

@@ -20,7 +20,7 @@ pub(super) const WORDS: &[Term] = &[
         &["SLAM", "mapping and tracking"],
         "",
         "Steps of tracking (`training.update = \"pose\"`, e.g. `splatonic`) and of mapping (all or \
-         visible Gaussians). A frame of SLAM is so many of each: replay both, and `compare` says \
+         visible Gaussians). A frame of SLAM is a number of each: replay both, and `compare` says \
          what a step takes; there is no schedule of both in one run.",
     ),
     term(
@@ -56,8 +56,8 @@ pub(super) const WORDS: &[Term] = &[
     term(
         &["battery", "battery life", "temperature"],
         "",
-        "Not modelled: `power_w.total` is the mean at the display rate. Hours are the watt-hours of \
-         a battery over all that the device draws.",
+        "Not modelled: `power_w.total` is the mean at the display rate. Hours are the watt-hours \
+         of a battery over all that the device draws.",
     ),
     term(
         &["starved", "STARVED", "STARVES"],

@@ -21,19 +21,19 @@ use super::{Judged, Verdict};
 
 /// What a row may be used for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
+pub enum RowStanding {
     /// Said before it was seen.
     Prediction,
     /// The number, or a look at ours, has decided something.
     Calibrated,
 }
 
-impl Standing {
+impl RowStanding {
     /// The name in the file.
     pub const fn name(self) -> &'static str {
         match self {
-            Standing::Prediction => "prediction",
-            Standing::Calibrated => "calibrated",
+            RowStanding::Prediction => "prediction",
+            RowStanding::Calibrated => "calibrated",
         }
     }
 }
@@ -41,7 +41,7 @@ impl Standing {
 /// A row as it was entered.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct LedgerEntry {
+pub struct LedgerRow {
     /// Name of the row.
     pub row: String,
     /// Hash of what defines it: see [`definition`].
@@ -51,15 +51,15 @@ pub struct LedgerEntry {
     /// Version of the models on that day.
     pub model: u32,
     /// What it may be used for.
-    pub standing: Standing,
+    pub standing: RowStanding,
     /// What a model without the mechanism gives, where that can be said.
     pub null: Option<f64>,
     /// How that was found.
     pub null_how: String,
     /// The experiment that it is of; rows of one are one.
     pub family: String,
-    /// Whether it counts: no target of its workload, no arithmetic on other rows, no machine that it
-    /// does not run.
+    /// Whether it counts: no target of its workload, no arithmetic on other rows, no machine that
+    /// it does not run.
     pub counts: bool,
     /// What decided the standing.
     pub why: String,
@@ -67,8 +67,8 @@ pub struct LedgerEntry {
 
 /// The entries, in the order in which they were made.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Ledger {
-    entries: Vec<LedgerEntry>,
+pub struct RowLedger {
+    entries: Vec<LedgerRow>,
 }
 
 /// What defines a row: another value of any of these is another question.
@@ -101,14 +101,14 @@ struct EntryRecord {
     why: String,
 }
 
-impl Ledger {
+impl RowLedger {
     /// Reads the text (CSV with a header line), and holds it to the rows that there are.
     ///
     /// # Errors
     /// The first entry that cannot be understood or that says twice what may be said once, and the
     /// first row without an entry of its own.
-    pub fn parse(text: &str, rows: &[Row]) -> Result<Ledger, TablesError> {
-        let mut entries: Vec<LedgerEntry> = Vec::new();
+    pub fn parse(text: &str, rows: &[Row]) -> Result<RowLedger, TablesError> {
+        let mut entries: Vec<LedgerRow> = Vec::new();
         for record in records::<EntryRecord>(NAME, text)? {
             let entry = entry(record)?;
             let place = NumberPlace { table: NAME, id: &entry.row };
@@ -118,14 +118,14 @@ impl Ledger {
                     "this definition of the row is there already, and a status is given once";
                 return Err(place.fault("definition", &hex(entry.definition), what));
             }
-            if earlier().next().is_some() && entry.standing == Standing::Prediction {
+            if earlier().next().is_some() && entry.standing == RowStanding::Prediction {
                 let what = "must be calibrated: the row was there before with another definition, \
                             and what that gave was seen";
                 return Err(place.fault("status", entry.standing.name(), what));
             }
             entries.push(entry);
         }
-        let ledger = Ledger { entries };
+        let ledger = RowLedger { entries };
         for row in rows {
             if ledger.of(row).is_none() {
                 let place = NumberPlace { table: NAME, id: &row.id };
@@ -137,12 +137,12 @@ impl Ledger {
     }
 
     /// The entries, in the order in which they were made.
-    pub fn entries(&self) -> &[LedgerEntry] {
+    pub fn entries(&self) -> &[LedgerRow] {
         &self.entries
     }
 
     /// The entry of a row as it is defined now.
-    pub fn of(&self, row: &Row) -> Option<&LedgerEntry> {
+    pub fn of(&self, row: &Row) -> Option<&LedgerRow> {
         let own = definition(row);
         self.entries.iter().find(|entry| entry.row == row.id && entry.definition == own)
     }
@@ -154,7 +154,7 @@ impl Ledger {
         for judged in judged {
             let Some((entry, ours)) = self.of(judged.row).zip(judged.ours) else { continue };
             let is_near = judged.row.is_near(ours);
-            if entry.standing == Standing::Calibrated {
+            if entry.standing == RowStanding::Calibrated {
                 evidence.calibrated += 1;
                 evidence.calibrated_missed += u64::from(!is_near);
                 continue;
@@ -294,9 +294,9 @@ fn hex(definition: u64) -> String {
     format!("{definition:016x}")
 }
 
-fn entry(record: EntryRecord) -> Result<LedgerEntry, TablesError> {
+fn entry(record: EntryRecord) -> Result<LedgerRow, TablesError> {
     let place = NumberPlace { table: NAME, id: &record.row };
-    let standing = [Standing::Prediction, Standing::Calibrated];
+    let standing = [RowStanding::Prediction, RowStanding::Calibrated];
     let standing = standing.into_iter().find(|standing| standing.name() == record.status);
     let standing =
         place.need("status", &record.status, standing, "must be prediction or calibrated")?;
@@ -317,7 +317,7 @@ fn entry(record: EntryRecord) -> Result<LedgerEntry, TablesError> {
     if let Some(null) = record.null.filter(|null| !null.is_finite()) {
         return Err(place.fault("null", &null.to_string(), "must be finite"));
     }
-    let is_prediction = standing == Standing::Prediction && counts;
+    let is_prediction = standing == RowStanding::Prediction && counts;
     if is_prediction && record.null.is_none() && record.null_how.is_empty() {
         let what = "a prediction needs what a model without the mechanism gives, or in `null_how` \
                     why that cannot be said";
@@ -328,7 +328,7 @@ fn entry(record: EntryRecord) -> Result<LedgerEntry, TablesError> {
             return Err(place.fault(column, "", "must be there"));
         }
     }
-    Ok(LedgerEntry {
+    Ok(LedgerRow {
         definition,
         standing,
         counts,

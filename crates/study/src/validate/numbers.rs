@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::row::{MachineName, Row, Status, Tolerance};
-use super::{Ledger, Metric, Workload};
+use super::{Metric, RowLedger, Workload};
 use powergs_scene::synth::Preset;
 
 const SIDE_MAX: u32 = 16_384;
@@ -73,7 +73,7 @@ pub struct Tables {
     /// Version of the models that all of it came out of, where the file says so.
     pub model: Option<u32>,
     /// What each row is worth as evidence; empty where nothing says so.
-    pub ledger: Ledger,
+    pub ledger: RowLedger,
 }
 
 impl Tables {
@@ -86,15 +86,15 @@ impl Tables {
         let rows = parse_rows(published, &workloads)?;
         let model = parse_model(baseline)?;
         let baseline = parse_baseline(baseline)?;
-        Ok(Tables { rows, workloads, baseline, model, ledger: Ledger::default() })
+        Ok(Tables { rows, workloads, baseline, model, ledger: RowLedger::default() })
     }
 
     /// The same with the ledger of its rows.
     ///
     /// # Errors
-    /// As [`Ledger::parse`].
+    /// As [`RowLedger::parse`].
     pub fn with_ledger(self, text: &str) -> Result<Tables, TablesError> {
-        Ok(Tables { ledger: Ledger::parse(text, &self.rows)?, ..self })
+        Ok(Tables { ledger: RowLedger::parse(text, &self.rows)?, ..self })
     }
 
     /// The tables with a new baseline: values that were measured with `model`, on top of those of

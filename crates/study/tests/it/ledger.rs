@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use powergs_study::validate::{
-    BASELINE, Judged, LEDGER, PUBLISHED, Row, Standing, Tables, WORKLOADS, definition, judge,
+    BASELINE, Judged, LEDGER, PUBLISHED, Row, RowStanding, Tables, WORKLOADS, definition, judge,
 };
 
 const HEAD: &str = "row,definition,entered,model,status,null,null_how,family,counts,why\n";
@@ -73,7 +73,7 @@ fn what_makes_no_entry_is_refused() {
     let changed = entry(&one(120.0).rows[0], "2026-11-28", GOOD)
         + &row("calibrated,50,half,mine,yes,another value was published");
     let ledger = one(100.0).with_ledger(&format!("{HEAD}{changed}")).expect("a ledger").ledger;
-    assert_eq!(ledger.of(&one(100.0).rows[0]).expect("an entry").standing, Standing::Calibrated);
+    assert_eq!(ledger.of(&one(100.0).rows[0]).expect("an entry").standing, RowStanding::Calibrated);
 }
 
 /// A prediction of one hundred, whose null says fifty.

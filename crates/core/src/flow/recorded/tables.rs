@@ -33,8 +33,8 @@ pub struct RecordedSpec {
     /// `gradients`, `track`, each with `, 1 pixel in 256` or the like behind it.
     #[serde(default = "render", skip_serializing_if = "is_render")]
     pub task: String,
-    /// Frames that are in the machine at once: a picture is there so many frame times after its
-    /// first read.
+    /// Frames that are in the machine at once: a picture is there this number of frame times after
+    /// its first read.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(range(min = 1, max = 64), extend("x-unit" = "frames"))]
     pub under_way: u32,

@@ -40,6 +40,8 @@ fn priced(table: &EnergyTable, inventory: &Inventory) -> Result<Prices, PriceErr
         numbers: None,
         device: None,
         channels,
+        phy_channels: channels,
+        standby_share: 1.0,
         clock,
     })
 }

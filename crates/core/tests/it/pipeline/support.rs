@@ -4,7 +4,8 @@ use powergs_core::flow::Tables;
 use powergs_core::flow::over::levels::LevelsSpec;
 use powergs_core::flow::tile_wise::{DepthUpdate, PixelsSpec, StereoSpec};
 use powergs_core::machine::{
-    BufferSpec, DramModel, DramSpec, GatingSpec, Machine, MasterSpec, NO_DEVICE, Ports, Priority,
+    BufferSpec, DramModel, DramSpec, GatingSpec, Machine, MasterSpec, MemoryOwner, NO_DEVICE,
+    Ports, Priority,
 };
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -194,6 +195,8 @@ fn unlinked() -> Machine {
             channels: 8,
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(40.0),
+            owner: MemoryOwner::Chip,
+            standby_share: None,
             second_master: MasterSpec::default(),
             third_master: MasterSpec::default(),
             fourth_master: MasterSpec::default(),
@@ -430,6 +433,8 @@ impl Dice {
             channels: self.pick(&[1, 2, 8]),
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(f64::from(self.roll(0, 30))),
+            owner: MemoryOwner::Chip,
+            standby_share: None,
             second_master: MasterSpec::default(),
             third_master: MasterSpec::default(),
             fourth_master: MasterSpec::default(),

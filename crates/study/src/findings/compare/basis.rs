@@ -74,7 +74,7 @@ impl Basis {
         let text = |path: &[&str]| at(path).and_then(Value::as_str).map(str::to_owned);
         match self {
             Basis::Task => Some(side.task.name()),
-            Basis::Step if side.task.is_shown() => None,
+            Basis::Step if side.task.is_shown() => Some("none".to_owned()),
             Basis::Step => {
                 let own = |key: &str| at(&["machine", "training", key]);
                 let widths = own("widths").and_then(Value::as_table);
@@ -100,6 +100,10 @@ impl Basis {
             }
             Basis::Phy => {
                 at(&["energy"])?;
+                let share = at(&["machine", "dram", "standby-share"]).map(Value::to_string);
+                if let Some(share) = share {
+                    return Some(format!("of others; {share} of the standby is paid"));
+                }
                 let has = at(&["energy", "phy"]).is_some();
                 Some(if has { "of the chip" } else { "left out" }.to_owned())
             }
