@@ -113,7 +113,7 @@ pub struct CompareCommandArgs {
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_DISPLAY)]
     pub display: String,
     /// Only these charts
-    #[arg(long = "charts", value_enum, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long = "charts", value_enum, value_name = "CHARTS", value_delimiter = ',')]
     #[arg(help_heading = "Charts", hide_short_help = true)]
     pub only_charts: Vec<CompareChart>,
     /// How charts are drawn.

@@ -41,7 +41,10 @@ fn say_of_further_masters(keys: &mut BTreeMap<String, Inert>) {
     let second: Vec<_> = second.map(|(key, inert)| (key.clone(), inert.clone())).collect();
     for further in ["dram.third-master", "dram.fourth-master"] {
         keys.extend(second.iter().map(|(key, inert)| {
-            let lift = inert.lift.iter().map(|set| set.replace(SECOND, further)).collect();
+            let lift = inert.lift.iter().map(|set| set.replace(SECOND, further));
+            // Whoever has a second one already has no room for as much again.
+            let alone = [format!("{SECOND}.rate=0 B/s")];
+            let lift = alone.into_iter().chain(lift).collect();
             (key.replace(SECOND, further), Inert { lift, ..inert.clone() })
         }));
     }

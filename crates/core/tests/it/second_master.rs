@@ -1,6 +1,7 @@
 //! A second master takes its part of the memory, and nothing else changes.
 
-use powergs_core::run::{Change, MemoryFrames, Session, System};
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{Change, MemoryFrames, Session, System, SystemSpec};
 use powergs_core::sim::FrameReport;
 use powergs_core::stage::{DRAM_READ, hardware};
 use powergs_energy::hardware::Does;
@@ -252,6 +253,11 @@ fn a_memory_of_others_costs_what_is_said() {
     }
     let refused = system(&["dram.owner=shared".to_owned()]).expect_err("nobody says how much");
     assert!(refused.contains("`dram.standby-share`"), "{refused}");
-    let refused = system(&["dram.standby-share=0.5".to_owned()]).expect_err("its own memory");
+    let own = SystemSpec {
+        sets: vec!["dram.standby-share=0.5".to_owned()],
+        ..SystemSpec::named("gscore")
+    };
+    let refused = System::load(&own, &EmbeddedFiles).err().map(|e| e.to_string());
+    let refused = refused.expect("its own memory");
     assert!(refused.contains("`dram.owner`"), "{refused}");
 }

@@ -1,7 +1,7 @@
 //! The page that decides: machines on traces at the rate of the display, in a table and a chart.
 
 use super::page::Decided;
-use crate::document::{Block, Cell, Column, Document, Kind, Table, Text};
+use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use crate::format::{rate, shortened, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_study::findings::compare::{
@@ -133,7 +133,9 @@ pub fn table(all: &[Comparison], decision: &Decision, traces: &[String]) -> Tabl
     if has_verdict {
         columns.push(Column::text("verdict"));
     }
-    columns.push(Column::real("die, mm²"));
+    // On all traces a die is the same: those of each trace have it too.
+    let die = Column::real("die, mm²");
+    columns.push(if traces.len() > 1 { die.on(Shown::Page) } else { die });
     let row = |row: &DecisionRow| {
         let side = &all[row.trace].sides[row.side];
         let mut cells: Vec<Cell> = Vec::new();
@@ -222,8 +224,8 @@ pub fn chart(all: &[Comparison], decided: Decided<'_>, traces: &[String]) -> Cha
     let watts = power_head(all).replacen('W', "power, W", 1);
     let mut power = panel(&|row, side| power_of(row, side, is_shown), &watts, limits.budget_w);
     power.y = power.y.hidden();
-    let entries = sides.iter().zip(Colour::SERIES.iter().cycle());
-    let entries = entries.map(|(side, colour)| Entry::fill(side.label.as_str(), *colour));
+    let entries = all[0].labels_with_nodes().into_iter().zip(Colour::SERIES.iter().cycle());
+    let entries = entries.take(sides.len()).map(|(label, colour)| Entry::fill(label, *colour));
     let line = (is_shown && one_rate(sides))
         .then(|| Entry::note(format!("left line: {} ms", significant(period))));
     let budget = limits.budget_w.map(|w| Entry::note(format!("right line: {} W", significant(w))));

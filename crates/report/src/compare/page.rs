@@ -306,7 +306,8 @@ fn limits(page: &mut Document, comparison: &Comparison) {
 /// What else differs.
 fn notes<'a>(page: &mut Document, notes: impl IntoIterator<Item = &'a Note>) {
     for note in notes {
-        page.paragraph(Text::strong("Note:").then(format!(" {}.", self::note(note))));
+        let text = format!(" {}.", self::note(note));
+        page.paragraph(Text::strong("Note:").then(Text::marked(&text)));
     }
 }
 
