@@ -189,6 +189,7 @@ def compare(
     out: _Word | None = None,
     force: bool = False,
     display: _Word | None = None,
+    charts: Literal["decision", "power", "cycles", "breakdown", "speedup", "steps"] | Sequence[Literal["decision", "power", "cycles", "breakdown", "speedup", "steps"]] | None = None,
     chart_size: _Word | None = None,
     no_title: bool = False,
     chart_format: Literal["svg", "png", "pdf"] | Sequence[Literal["svg", "png", "pdf"]] | None = None,
