@@ -7,11 +7,16 @@ use powergs_core::sim::statistics::{Kind, Statistic, catalogue};
 use powergs_study::run_record::SCHEMA_VERSION;
 
 /// What each file of a report folder is, charts once.
-const FILES: [(&str, &str); 17] = [
+const FILES: [(&str, &str); 18] = [
     ("run.toml", "what the report was made from: versions, checksums, configuration as resolved"),
     ("invocation.toml", "what was typed, where and when, and how long it took"),
     ("results.csv", "the record: one row per frame, then one per aggregate"),
     ("compare.csv", "of `compare`, in place of `results.csv`: measures and means of all sides"),
+    (
+        "decision.csv",
+        "of `compare`: who meets what; a row a trace and machine, with rates, powers and the rates \
+         at which they are drawn, node, scope, and `is_met`",
+    ),
     ("speedup.csv", "of `compare` with several traces: speed-ups and energy, geometric means"),
     ("summary.md", "the report for people"),
     ("report.html", "the same for browsers, with all charts inside: one file that can be mailed"),
@@ -114,8 +119,10 @@ const RULES: &str = "\
 the first side) and prints with `--json`: `sides` (what was run, its `bottleneck`), `notes` (what \
 else differs: traces, energy tables, versions, display rates), `measures` (each with `values`, \
 `ratios`, `differences` and which way is `better`) and `means` of every statistic, one value per \
-side. Areas, energies and powers of different technology nodes have no `ratios` and no \
-`differences` unless `--across-nodes` asks for them.
+side. Areas, energies and powers of different technology nodes or scopes have no `ratios` and no \
+`differences`, here and in `compare.csv`, unless `--across-nodes` asks for them; times, rates and \
+energies of different tasks none unless `--across-tasks` does; powers at the display rate none where \
+a side misses that rate or has another one.
 
 ## The bottleneck
 

@@ -284,6 +284,26 @@ pub fn knee_name(analysis: &Analysis) -> &'static str {
     if is_end && analysis.front.len() > 1 { "best balance" } else { "knee" }
 }
 
+/// What is said of a knee whose frames are there later than those of the base machine: no objective
+/// counts the time of a frame beside the distance of two.
+fn latency(analysis: &Analysis) -> Option<String> {
+    const LATENCY: &str = "frame_latency_ms";
+    /// What is later by less is as late.
+    const SAME: f64 = 1.01;
+    let table = analysis.table;
+    let base = (0..table.len() as u32).find(|&row| table.is_baseline(row))?;
+    let (own, base) = (table.number(LATENCY, analysis.knee)?, table.number(LATENCY, base)?);
+    let is_asked = analysis.question.objectives.iter().any(|o| o.name.starts_with(LATENCY));
+    (own > SAME * base && !is_asked).then(|| {
+        format!(
+            "Its frames are there after {} ms, those of the base machine after {} ms \
+             (`{LATENCY}`): --minimize {LATENCY} to count that.",
+            significant(own),
+            significant(base)
+        )
+    })
+}
+
 /// The knee with the reason for it.
 pub fn knee(analysis: &Analysis) -> Vec<String> {
     let table = analysis.table;
@@ -301,7 +321,10 @@ pub fn knee(analysis: &Analysis) -> Vec<String> {
         all.push(format!("Same as {twins}, within {} in every objective.", noise(analysis)));
     }
     if analysis.front.len() == 1 {
-        all.push("It is the best in every objective: there is nothing to trade.".into());
+        all.push(
+            "It is the best in every objective: there is nothing to trade among these.".into(),
+        );
+        all.extend(latency(analysis));
         return all;
     }
     let name = |j: usize| Measure::of(&objectives[j].name).words;

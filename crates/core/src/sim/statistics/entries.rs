@@ -138,7 +138,8 @@ fn time(list: &mut List) {
         "ms",
         "Simulated time of a frame from the first record read to the last pixel written: \
          `frame_interval_ms` where a machine has one frame under way, twice that where it has two \
-         (`overlap` = \"frames\" of `schedule`, `front`, `attached`; A81).",
+         (`overlap` = \"frames\" of `schedule`, `front`, `attached`; A81), of pairs once and a \
+         half.",
         |f, _| f.latency_s().map(|s| s * 1e3),
     );
     real(
