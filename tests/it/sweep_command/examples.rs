@@ -112,3 +112,46 @@ fn the_display_rate_of_the_command_stays_with_the_sweep() {
     let other = bench.program(&["pareto", "s", "--fps", "90", "--display", "lcd"]).assert().code(2);
     other.stderr(contains("powergs-sim sweep tiles --fps 90 --display lcd --out DIR"));
 }
+
+/// The sweep of one axis over the demonstration, and what the analysis says.
+fn swept(bench: &Bench, name: &str, axis: &str) -> (String, String) {
+    let text = format!(
+        "question = \"what is best?\"\nbase = \"gscore\"\n[[traces]]\npath = \"demo.bin\"\n\
+         [[axes]]\n{axis}\n"
+    );
+    let file = format!("{name}.toml");
+    std::fs::write(bench.path(&file), text).expect("a file");
+    let output = bench.program(&["sweep", &file, "--out", name]).assert().success();
+    let words = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes);
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let output = output.get_output();
+    (words(&output.stdout), words(&output.stderr))
+}
+
+/// Frames that overlap come faster and each is there later: "nothing to trade" is not all of it.
+#[test]
+fn later_frames_are_said_beside_what_is_best() {
+    let bench = Bench::new();
+    const LATER: &str = "Its frames are there after";
+    let overlap = "key = \"schedule.overlap\"\nvalues = [\"none\", \"frames\"]";
+    let (said, _) = swept(&bench, "overlap", overlap);
+    assert!(said.contains("nothing to trade among these") && said.contains(LATER), "{said}");
+    let units = "key = \"vru.units-per-core\"\nvalues = [8, 16]";
+    let (said, _) = swept(&bench, "units", units);
+    assert!(!said.contains(LATER), "{said}");
+}
+
+/// Designs of several tasks, nodes or scopes do not rank by their machines alone.
+#[test]
+fn what_designs_mix_is_said() {
+    let bench = Bench::new();
+    let machines = "key = \"machine\"\nvalues = [\"gscore\", \"splatonic\", \"neo\"]";
+    let (_, warned) = swept(&bench, "mixed", machines);
+    assert!(warned.contains("what a frame is (render, track, 1 pixel in 256)"), "{warned}");
+    assert!(warned.contains("technology nodes (") && !warned.contains("power is of"), "{warned}");
+    let alike = "key = \"machine\"\nvalues = [\"gscore\", \"edge\"]";
+    let (_, warned) = swept(&bench, "alike", alike);
+    assert!(!warned.contains("designs differ"), "{warned}");
+}

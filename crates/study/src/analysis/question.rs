@@ -119,7 +119,7 @@ impl Question {
 }
 
 /// Metrics that prices, charts and tables use besides the objectives.
-const USEFUL: [&str; 12] = [
+const USEFUL: [&str; 13] = [
     "area_mm2",
     "area_mm2.core",
     "dram_bytes",
@@ -130,6 +130,7 @@ const USEFUL: [&str; 12] = [
     "energy_pj.mean",
     "frame_time_ms.mean",
     "frame_time_ms.max",
+    "frame_latency_ms",
     "deadline_missed_frac",
     "frames",
 ];
