@@ -121,8 +121,8 @@ else differs: traces, energy tables, versions, display rates), `measures` (each 
 `ratios`, `differences` and which way is `better`) and `means` of every statistic, one value per \
 side. Areas, energies and powers of different technology nodes or scopes have no `ratios` and no \
 `differences`, here and in `compare.csv`, unless `--across-nodes` asks for them; times, rates and \
-energies of different tasks none unless `--across-tasks` does; powers at the display rate none where \
-a side misses that rate or has another one.
+energies of different tasks none unless `--across-tasks` does; powers at the display rate none \
+where a side misses that rate or has another one.
 
 ## The bottleneck
 
