@@ -67,7 +67,13 @@ impl MasterSpec {
     /// its pattern, the size of its requests and their number under way allow.
     pub fn ceiling(&self, device: &Device) -> f64 {
         let ck = device.clock_period.0 * 1e-9;
-        let due = MasterSpec { rate: BytesPerSecond(self.request.0 as f64 / ck), ..self.clone() };
+        // Alone there is nobody to go before or after.
+        let due = MasterSpec {
+            rate: BytesPerSecond(self.request.0 as f64 / ck),
+            priority: Priority::Equal,
+            guaranteed: BytesPerSecond(0.0),
+            ..self.clone()
+        };
         let mut masters = Masters::of(&[&due], 0, (ck * 1e15).round() as u64);
         let mut memory = Banked::new(device).in_time();
         let (mut served, mut end) = (0, 1);

@@ -220,6 +220,16 @@ fn a_rate_beyond_the_pattern_is_refused() {
         assert!(refused.contains(part), "{refused}");
     }
     assert!(system(&sets("500 MB/s")).is_ok());
+    // What a pattern has of the memory alone does not depend on who would go first.
+    let spec = |set: &str| {
+        let all = [&sets("500 MB/s")[..], &[set.to_owned()]].concat();
+        let system = system(&all).expect("a system");
+        let device = system.machine().device.as_ref().expect("linked");
+        system.machine().dram.second_master.ceiling(device)
+    };
+    let [first, last] =
+        ["first", "last"].map(|p| spec(&format!("dram.second-master.priority={p}")));
+    assert_eq!(first, last);
     let more = "dram.second-master.guaranteed=2 GB/s".to_owned();
     let more: Vec<String> = sets("500 MB/s").into_iter().chain([more]).collect();
     assert!(system(&more).expect_err("more than it asks for").contains("guaranteed"));
